@@ -17,7 +17,7 @@ from sphinx.application import Sphinx
 
 import flockesc_env as fe
 from flockesc_env.envs.pettingzoo import FlockParallelEnv
-from flockesc_env.episodes.options import ActionMode, ExtraEntries, TeamReward
+from flockesc_env.scenario.options import ActionMode, ExtraEntries, TeamReward
 
 ROOT = Path(__file__).parents[1]
 MODEL = (ROOT / "docs" / "model.md").read_text("utf-8")

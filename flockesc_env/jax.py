@@ -16,9 +16,9 @@ from typing import Any, NamedTuple, Unpack
 from flockesc_env.common.checks import as_choice, as_flag, as_floats
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import require
-from flockesc_env.episodes.options import EnvOptionsDict, options_in
 from flockesc_env.models.simulate import run_flock
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.options import EnvOptionsDict
 from flockesc_env.scenario.predators import ConstantVelocity, Predator, PurePursuit
 from flockesc_env.scenario.presets import as_scenario
 
@@ -28,10 +28,9 @@ import jax.numpy as jnp  # noqa: E402
 
 _Scenario = FlockScenario | str
 _NUMBERS = ("mass", "speed", "alignment_strength", "repulsion_strength", "predator_range")
-_SUPPORTED = {  # fields that may differ from the default
-    *("num_agents", "num_steps", "time_step", "initial_side", "initial_positions", "initial_headings"),
-    *("predators", "position", "velocity", "max_turn_rate", "acceleration", "max_speed", *_NUMBERS),
-}
+_OF_FLOCKS = ("num_agents", "num_steps", "time_step", "initial_side", "initial_positions", "initial_headings")
+_OF_PREDATORS = ("predators", "position", "velocity", "max_turn_rate", "acceleration", "max_speed")
+_SUPPORTED = {*_OF_FLOCKS, *_OF_PREDATORS, *_NUMBERS}  # fields that may differ from the default
 
 
 class FlockState(NamedTuple):
@@ -109,11 +108,12 @@ def observe(
     The options are those of ``EnvOptions``, without ``profile_ranges`` and ``extra_entries``.
     """
     model, (r, v, r_p, v_p, rho, heard, num_heard, *_) = _supported(scenario), state
-    known = options_in(model, options)
+    known = model.env_options(options)
     for name, value in (("profile_ranges", known.profile_ranges), ("extra_entries", known.extra_entries)):
         if value:
             raise InputError(name, "none in flockesc_env.jax", shown(value))
-    minimum = getattr(state, as_choice(known.objective, "objective", FlockState._fields[7:9]))
+    minima = {"min_mean_distance": state.min_mean_distance, "min_min_distance": state.min_min_distance}
+    minimum = minima[as_choice(known.objective, "objective", minima)]
     length, v0 = model.initial_side, jnp.max(jnp.asarray(model.speed, r.dtype))
     distances, share, speed = _norm(_offsets(r, r_p)), rho / known.max_range, _norm(v)
     d, nearest, heading = distances.min(axis=1), distances.argmin(axis=1), _unit(v)
@@ -156,7 +156,7 @@ def rollout(
     steps. J_mean (Eq. 12) is ``min_mean_distance[-1]``. Gradients compute each step twice to save memory.
     """
     model = _supported(scenario)
-    every = options_in(model, options).steps_per_action
+    every = model.env_options(options).steps_per_action
 
     @partial(jax.checkpoint, prevent_cse=False)
     def advance(state: FlockState, index: jax.Array) -> tuple[FlockState, FlockState]:

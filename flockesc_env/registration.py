@@ -36,13 +36,11 @@ def register() -> None:
     document = tomllib.loads(files("flockesc_env").joinpath("taskset/v1.toml").read_text("utf-8"))
     for name, entry in document["tasks"].items():
         model = PRESETS[entry["scenario"]].scenario
-        is_line = isinstance(model, LineScenario)
-        num_steps = model.max_steps if isinstance(model, LineScenario) else model.num_steps
         gymnasium.register(
             f"flockesc/{name}-v1",
             f"{__name__}:make_task",
-            vector_entry_point=None if is_line else f"{__name__}:make_task_vec",
-            max_episode_steps=-(-num_steps // entry["options"]["steps_per_action"]),
+            vector_entry_point=None if model.model == "line" else f"{__name__}:make_task_vec",
+            max_episode_steps=-(-model.num_steps // entry["options"]["steps_per_action"]),
             kwargs={"task": name},
         )
 

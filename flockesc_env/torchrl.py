@@ -12,9 +12,8 @@ from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.extras import require
 from flockesc_env.envs._base import FlockArguments, ManyFlocks, agent_names, survives_interrupts
 from flockesc_env.episodes.batch import Columns, Observations, is_over
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.episodes.options import View
 from flockesc_env.episodes.starts import Scenarios, consecutive_seeds, fresh_seed
+from flockesc_env.scenario.flock import FlockScenario
 
 require("torchrl", ["torchrl"])
 import torch  # noqa: E402, after the check
@@ -27,7 +26,7 @@ GROUP: Final = "agents"
 
 ENDS: Final = ("done", "terminated", "truncated")
 
-INFO: Final = tuple(spec.name for spec in FLOCK_OBJECTIVES.values())
+INFO: Final = tuple(FlockScenario.objectives)
 """Names of the entries of ``"info"``: the objectives so far."""
 
 Ended = NDArray[np.bool]
@@ -72,7 +71,7 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
         device: torch.device | str = "cpu",
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        super().__init__(scenario, arguments, num_flocks=num_flocks, view=View.of(per_agent))
+        super().__init__(scenario, arguments, num_flocks=num_flocks, per_agent=per_agent)
         flocks, agents = self._batch.num_flocks, self._batch.rows
         EnvBase.__init__(self, device=torch.device(device), batch_size=torch.Size([flocks]))
         self._rows = (flocks, agents) if self.policy_spec.per_agent else (flocks,)

@@ -20,10 +20,10 @@ import numpy as np
 
 from flockesc_env import FlockScenario, LineScenario, NetworkPolicy, parallel_env, rollout, simulate, sweep
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.episodes.options import PROFILE_RANGES
 from flockesc_env.models import component_labels
 from flockesc_env.policies import Architecture
 from flockesc_env.scenario import Reynolds, Topological, Voronoi
+from flockesc_env.scenario.options import PROFILE_RANGES
 from speed.measure import EVERY_STEP
 
 RESULTS: Final = Path("speed/results/instructions.json")

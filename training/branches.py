@@ -7,7 +7,6 @@ import numpy as np
 from flockesc_env import FlockScenario, InputError, Policy
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import FlockBatch, Observations
-from flockesc_env.episodes.options import options_in
 from flockesc_env.episodes.spaces import PolicySpec
 from training.run import Run
 
@@ -43,7 +42,7 @@ class Branches:
         if not ranges:
             raise InputError("ranges", "at least one candidate range", "none")
         self._candidates, self._count, self._column = np.array(ranges), count, run.task.spec.name
-        self._model, self._options = model, options_in(model, options)
+        self._model, self._options = model, model.env_options(options)
         self.spec: PolicySpec = run.policy_spec
 
     def values(

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from flockesc_env import InputError, NetworkPolicy, Policy
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.options import options_in
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import Architecture, ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
@@ -75,7 +74,7 @@ class Networks:
             np.repeat(vectors.astype(np.float32), len(seeds), axis=0),
             list(seeds) * len(vectors),
             model,
-            options_in(model, options),
+            model.env_options(options),
             per_agent=task.per_agent,
             num_threads=1,
         )

@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flockesc_env.common.stats import FloatArray, mean
-from flockesc_env.episodes.objectives import ObjectiveSpec
 from flockesc_env.models import FlockSweepResult, Trajectory
 from flockesc_env.render.frames import policy_title
 from flockesc_env.render.palette import LIGHT
+from flockesc_env.scenario.objectives import ObjectiveSpec
 from training.figure_style import BAND, RANGES, WIDTH, draw_predator, label_ends, save_figure
 
 Run = tuple[str, Trajectory]

@@ -26,7 +26,6 @@ from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of, write_text
 from flockesc_env.common.progress import progress_bar
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, OBJECTIVES
 from flockesc_env.models import records
 from flockesc_env.models.simulate import LineTrajectory, Trajectory
 from flockesc_env.policies.base import BasePolicy
@@ -34,6 +33,7 @@ from flockesc_env.policies.registry import policy_file
 from flockesc_env.policies.rollout import simulate as run_once
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.objectives import OBJECTIVES
 from flockesc_env.scenario.presets import PRESETS, preset
 from flockesc_env.watch.live import file_document, has_engine, page_spec, scenario_documents
 from flockesc_env.watch.page import Content, render
@@ -120,7 +120,7 @@ def _outcome(run: Trajectory | LineTrajectory) -> dict[str, Any]:
             "steps": run.steps,
         }
     return {
-        **{spec.name: float(getattr(run, spec.series).min()) for spec in FLOCK_OBJECTIVES.values()},
+        **{spec.name: float(getattr(run, spec.series).min()) for spec in FlockScenario.objectives.values()},
         "num_components": int(run.num_components[-1]),
         "polarization": float(run.polarization[-1]),
     }

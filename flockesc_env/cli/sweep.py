@@ -19,14 +19,15 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import MissingExtraError, figure_style, require
 from flockesc_env.common.files import atomic_write, suffix_of
 from flockesc_env.common.progress import progress_bar
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, OBJECTIVES, ObjectiveSpec
-from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.jobs import Arrays, Cache, find_backend
 from flockesc_env.jobs import run as run_all
 from flockesc_env.jobs.sweeps import OUTCOMES, joined, outcomes_of, seed_jobs
 from flockesc_env.models import records
-from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult, sweep
+from flockesc_env.models.sweep import RESULTS, SweepResult, sweep
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.objectives import OBJECTIVES, ObjectiveSpec
+from flockesc_env.scenario.options import EnvOptions, LineOptions
 from flockesc_env.scenario.presets import Scenario
 
 _TABLES, _PICTURES = (".parquet", ".csv"), (".png", ".svg", ".pdf")
@@ -59,7 +60,7 @@ def run(
         str | None,
         *optional(
             "quantity to maximize; " + "; ".join(f"{spec.name}: {spec.definition}" for spec in OBJECTIVES),
-            f"{next(iter(FLOCK_OBJECTIVES))}, for a line {next(iter(LINE_OBJECTIVES))}",
+            f"{next(iter(FlockScenario.objectives))}, for a line {next(iter(LineScenario.objectives))}",
             metavar=f"{{{','.join(spec.name for spec in OBJECTIVES)}}}",
         ),
     ] = None,
@@ -92,8 +93,7 @@ def run(
     if output is not None:
         require("analysis", ["matplotlib", "scipy"] if is_picture else ["polars"])
     chosen = scenario.build()
-    model = FlockSweepResult if isinstance(chosen, FlockScenario) else LineSweepResult
-    known = model.objectives
+    known = chosen.objectives
     objective_ = as_choice(next(iter(known)) if objective is None else objective, "objective", known)
     spec = known[objective_]
     if is_picture and not spec.is_defined_in(chosen):
@@ -118,7 +118,7 @@ def run(
         note(f"interrupted after {finished} of {len(seeds)} seeds; intervals are omitted")
     if not parts:
         return Exit.INTERRUPTED
-    result = model(chosen, ranges, np.array(seeds[:finished], np.uint64), **joined(parts))
+    result = RESULTS[chosen.model](chosen, ranges, np.array(seeds[:finished], np.uint64), **joined(parts))
     means, best = None, None
     if not is_interrupted:
         try:
@@ -136,7 +136,7 @@ def run(
         "output": None if output is None else str(output),
         "versions": records.versions(),
     }
-    unit = chosen.neighbor_rule.unit if isinstance(chosen, FlockScenario) else ""
+    unit = chosen.range_unit
     with saving(document if json else _table(document, spec, unit)):
         if output is not None:
             _write(result, objective_, output)

@@ -15,7 +15,7 @@ from flockesc_env.cli.flags import EXPECTED, Json, Threads, described, optional,
 from flockesc_env.cli.output import Exit, check_folder, check_output, note, saving, show, show_json, table
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
-from flockesc_env.episodes.options import to_plain
+from flockesc_env.scenario.options import to_plain
 from flockesc_env.taskset.definition import FLOCKS, VERSION
 from flockesc_env.taskset.results import SUFFIX, UNVERIFIED, Result, Training, check_learner, write_result
 from flockesc_env.taskset.scoring import LoadedPolicy, draw_flocks

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import operator
 import os
+import sys
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -64,10 +65,15 @@ def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return fields
 
 
+def _is_masked(value: Any) -> bool:
+    """Return whether a value is a masked array; it does not import ``numpy.ma``, which is slow."""
+    return "numpy.ma" in sys.modules and isinstance(value, np.ma.MaskedArray)
+
+
 def as_integer(value: Any, field: str) -> int:
     """Return an int; bools are rejected."""
     try:
-        if not isinstance(value, bool | np.ma.MaskedArray):
+        if not (isinstance(value, bool) or _is_masked(value)):
             return operator.index(value)
     except (TypeError, RuntimeError):  # of torch
         pass
@@ -229,7 +235,7 @@ def as_array(value: Any, field: str) -> NDArray[Any]:
 def _has_mask(value: Any, depth: int) -> bool:
     """Return whether a value is a masked array, or a list that contains one at most ``depth`` levels down."""
     if not isinstance(value, list | tuple):
-        return isinstance(value, np.ma.MaskedArray)
+        return _is_masked(value)
     return depth > 0 and any(_has_mask(entry, depth - 1) for entry in value)
 
 

@@ -17,16 +17,17 @@ from typing import Any, ClassVar, Generic, Literal, TypeVar, cast
 from gymnasium import logger
 from gymnasium.envs.registration import EnvSpec
 
+from flockesc_env.common.checks import as_flag
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.batch import FlockBatch, Observations
 from flockesc_env.episodes.current_state import FlockView
-from flockesc_env.episodes.options import EnvOptions, EnvOptionsDict, LineOptionsDict, View, options_in
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.episodes.starts import Scenarios, as_scenarios
 from flockesc_env.render import RenderOptions
 from flockesc_env.render.frames import live_frames
 from flockesc_env.render.viewer import RENDER_MODES, Image, Viewer, as_viewer
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.options import EnvOptions, EnvOptionsDict, LineOptionsDict
 from flockesc_env.scenario.presets import as_scenario
 
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -206,15 +207,15 @@ class FlockEnvironment(Viewed):
         arguments: FlockArguments,
         *,
         num_flocks: int = 1,
-        view: View = View.FLOCK,
+        per_agent: bool = False,
     ) -> None:
         given = self._as_scenarios(scenario)
         first = given if isinstance(given, FlockScenario) else given[0]
         self._batch = batch = FlockBatch(
             given,
-            options_in(first, arguments, self._arguments),
+            first.env_options(arguments, self._arguments),
             num_flocks=num_flocks,
-            view=view,
+            per_agent=as_flag(per_agent, "per_agent"),
             num_threads=arguments.get("num_threads"),
             predator_policy=arguments.get("predator_policy"),
         )

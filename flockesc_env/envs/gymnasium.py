@@ -12,7 +12,6 @@ from flockesc_env.common.checks import FloatArray, as_seed
 from flockesc_env.common.errors import InputError, ResetNeededError
 from flockesc_env.envs._base import FlockArguments, OneFlock, Registered, survives_interrupts
 from flockesc_env.episodes.batch import Observations, info_dicts, is_over
-from flockesc_env.episodes.options import View
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.policies.base import Policy
 from flockesc_env.policies.registry import as_flock_policy
@@ -135,14 +134,14 @@ class PredatorEnv(GymnasiumEnv):
         given = as_scenario(scenario, FlockScenario)
         if not given.num_learned:
             given = given.with_learned_predators()
-        super().__init__(given, arguments, view=View.of(per_agent))
+        super().__init__(given, arguments, per_agent=per_agent)
         spec = self._batch.predator_policy_spec
         if spec.count != 1:
             raise InputError("predators", "exactly one Learned predator", spec.count)
         self.policy_spec = spec  # type: ignore[assignment]
         chosen = FixedRange(10.0) if flock_policy is None else flock_policy
         self.flock_policy = as_flock_policy(chosen, "flock_policy")
-        self.flock_policy.check(self.options, per_agent=View.of(per_agent).is_per_agent)
+        self.flock_policy.check(self.options, per_agent=per_agent)
         self.observation_space = spec.layout.space()
         self.action_space = spec.space()
 

@@ -14,11 +14,11 @@ from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.common.errors import ResetNeededError
 from flockesc_env.envs._base import LineArguments, Registered, read_only, survives_interrupts
 from flockesc_env.episodes.current_state import LineView
-from flockesc_env.episodes.options import LineOptions, options_in
-from flockesc_env.episodes.spaces import line_policy_spec
+from flockesc_env.episodes.spaces import policy_spec
 from flockesc_env.episodes.starts import episode_seed, fresh_seed
 from flockesc_env.render.frames import LineFrame
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.options import LineOptions
 from flockesc_env.scenario.presets import as_scenario
 
 RESET_OPTIONS = ("initial_state", "episode")
@@ -48,12 +48,12 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
         self, scenario: LineScenario | str | None = None, **arguments: Unpack[LineArguments]
     ) -> None:
         self._scenario = as_scenario(scenario, LineScenario)
-        self._options = options_in(self._scenario, arguments, LineArguments)
+        self._options = self._scenario.env_options(arguments, LineArguments)
         self._document = self._options.to_core()
         _core.LineEpisode(self._scenario.to_json(), self._document, 0)  # raises if there is no predator
         self._episode: _core.LineEpisode | None = None
         self._schedule = fresh_seed(), 0  # the seed of episode 0, and the index of the next episode
-        self.policy_spec = line_policy_spec(self._scenario, self._options)
+        self.policy_spec = policy_spec(self._scenario, self._options)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.actions.space()
         self._prepare_rendering(arguments, FRAMES_PER_SECOND)

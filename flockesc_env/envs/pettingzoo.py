@@ -18,10 +18,10 @@ from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_see
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs._base import FlockArguments, Infos, OneFlock, agent_names, survives_interrupts
 from flockesc_env.episodes.batch import Step, info_dicts, is_over, with_ranges
-from flockesc_env.episodes.options import EnvOptions, View
-from flockesc_env.episodes.spaces import check_agents, flock_policy_spec
+from flockesc_env.episodes.spaces import check_agents, policy_spec
 from flockesc_env.episodes.starts import RESET_OPTIONS
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.options import EnvOptions
 
 Observation = NDArray[np.float32]
 StateKind = Literal["full", "flock_view"]
@@ -68,7 +68,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     def __init__(
         self, scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
     ) -> None:
-        super().__init__(scenario, arguments, view=View.AGENT)
+        super().__init__(scenario, arguments, per_agent=True)
         self.predator_policy_spec = self._batch.predator_policy_spec
         count = self.scenario.num_agents
         self._flock = agent_names("agent", count)
@@ -90,7 +90,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         self._infos: Infos = as_choice(arguments.get("infos", "all"), "infos", get_args(Infos))
         self._state: StateKind = as_choice(arguments.get("state", "full"), "state", get_args(StateKind))
         if self._state == "flock_view":
-            self.state_space = flock_policy_spec(self.scenario, EnvOptions(), View.FLOCK).layout.space()
+            self.state_space = policy_spec(self.scenario, EnvOptions()).layout.space()
 
     def observation_space(self, agent: str) -> gymnasium.Space[Any]:
         """Return the agent's observation space, the same object at every call."""

@@ -24,7 +24,6 @@ from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, survives_interrupts
 from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, Observations
-from flockesc_env.episodes.options import View
 from flockesc_env.episodes.starts import Scenarios, as_scenarios, consecutive_seeds
 from flockesc_env.scenario.flock import FlockScenario
 
@@ -80,15 +79,15 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         mode = autoreset_mode.value if isinstance(autoreset_mode, AutoresetMode) else autoreset_mode
         modes = [known.value for known in AutoresetMode]
         self.autoreset_mode = AutoresetMode(as_choice(mode, "autoreset_mode", modes))
-        given, view = as_scenarios(scenario), View.of(per_agent)
+        given = as_scenarios(scenario)
         scenarios = [given] if isinstance(given, FlockScenario) else given
-        rows = scenarios[0].num_agents if view.is_per_agent else 1
+        rows = scenarios[0].num_agents if as_flag(per_agent, "per_agent") else 1
         slots = len(scenarios) * rows
         if num_envs is not None:
             slots = as_count(num_envs, "num_envs", most=MAX_FLOCKS * rows)
         if slots % rows:
             raise InputError("num_envs", f"a multiple of scenario.num_agents = {rows}", slots)
-        super().__init__(given, arguments, num_flocks=slots // rows, view=view)
+        super().__init__(given, arguments, num_flocks=slots // rows, per_agent=per_agent)
         self._limit = self._as_limit(max_episode_steps)
         self.num_envs = slots
         self.single_observation_space = self.policy_spec.layout.space()

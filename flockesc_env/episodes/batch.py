@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_predator_policy, as_threads
 from flockesc_env.common.errors import InputError
-from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
-from flockesc_env.episodes.spaces import flock_policy_spec
+from flockesc_env.episodes.spaces import policy_spec
 from flockesc_env.episodes.starts import as_start, distinct_scenarios, fresh_seed
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.options import EnvOptions
 
 Observations = NDArray[np.float32]
 
@@ -42,7 +42,7 @@ class FlockBatch:
             and the unit of the range (m, or neighbors under a topological rule).
         options: options of actions, rewards and observations.
         num_flocks: number of slots.
-        view: what a range and an observation row belong to, a flock or an agent.
+        per_agent: True: a range and an observation row per agent. False: one per flock.
         num_threads, predator_policy: see ``FlockArguments``.
 
     Attributes:
@@ -55,7 +55,7 @@ class FlockBatch:
         options: EnvOptions,
         *,
         num_flocks: int = 1,
-        view: View = View.FLOCK,
+        per_agent: bool = False,
         num_threads: int | None = None,
         predator_policy: PredatorPolicy | None = None,
     ) -> None:
@@ -75,14 +75,14 @@ class FlockBatch:
         self._has_begun = np.zeros(self.num_flocks, np.bool)
         self.options = options
         threads = as_threads(num_threads)
-        self.policy_spec = replace(flock_policy_spec(first, options, view), num_steps=num_steps)
+        self.policy_spec = replace(policy_spec(first, options, per_agent=per_agent), num_steps=num_steps)
         self.rows = self.policy_spec.rows  # observation rows and ranges per flock: 1, or the number of agents
         can_be_caught = any(distinct.capture_radius is not None for distinct in self._distinct)
-        self.rows_can_be_caught = view.is_per_agent and can_be_caught
+        self.rows_can_be_caught = per_agent and can_be_caught
         self.core = _core.FlockBatch(
             [distinct.to_json() for distinct in self._distinct],
             self._scenario_of_slot,
-            options.to_core(view),
+            options.to_core(per_agent=per_agent),
             self.policy_spec.actions.core,
             threads,
             options.count_components,

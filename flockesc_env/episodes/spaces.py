@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,12 +11,11 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_array
 from flockesc_env.common.errors import InputError
-from flockesc_env.episodes.options import ActionOptions, EnvOptions, LineOptions, View, options_in
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.options import ActionOptions, EnvOptions, LineOptions
 
 
 def plain_array(value: Any, shape: tuple[int, ...], name: str, *, is_index: bool = False) -> FloatArray:
@@ -188,7 +187,7 @@ class PolicySpec:
         layout: names and bounds of the entries of an observation row.
         scenario: the scenario of the environment; the first one if flocks have different scenarios.
         options: the options of the environment.
-        view: what a row and an action belong to, the flock or an agent.
+        per_agent: True: one row and one action per agent. False: one per flock, or per line.
         num_steps: number of model steps of an episode; the largest if flocks have different scenarios.
     """
 
@@ -196,33 +195,13 @@ class PolicySpec:
     layout: ObservationLayout
     scenario: FlockScenario | LineScenario
     options: EnvOptions | LineOptions
-    view: View
+    per_agent: bool
     num_steps: int
 
     @property
     def num_agents(self) -> int:
         """Number of agents per flock. Rows are ordered by flock, then by agent."""
         return self.scenario.num_agents
-
-    @property
-    def length_scale(self) -> float:
-        """A length of this many m is observed as 1/2; 1 on the line."""
-        return 1.0 if isinstance(self.scenario, LineScenario) else self.scenario.initial_side
-
-    @property
-    def speed_scale(self) -> float:
-        """A speed of this many m/s is observed as 1/2; 1 on the line."""
-        return 1.0 if isinstance(self.scenario, LineScenario) else float(np.max(self.scenario.speed))
-
-    @property
-    def time_step(self) -> float:
-        """Duration of a model step in s; 1 on the line."""
-        return 1.0 if isinstance(self.scenario, LineScenario) else self.scenario.time_step
-
-    @property
-    def per_agent(self) -> bool:
-        """Whether there is one row and one action per agent instead of one per flock."""
-        return self.view.is_per_agent
 
     @property
     def rows(self) -> int:
@@ -237,7 +216,7 @@ class PolicySpec:
     @property
     def profile_ranges(self) -> tuple[float, ...]:
         """Candidate ranges of the observation; empty without a profile."""
-        return candidates(self.options)
+        return self.options.candidates
 
     @property
     def candidate_ranges(self) -> FloatArray:
@@ -250,29 +229,9 @@ class PolicySpec:
         return self.actions.to_ranges(actions, len(self.profile_ranges))
 
 
-def candidates(options: EnvOptions | LineOptions) -> tuple[float, ...]:
-    """Return the candidate ranges of the observation; empty without a profile."""
-    return tuple(options.profile_ranges or ()) if isinstance(options, EnvOptions) else ()
-
-
 def policy_spec(
-    scenario: FlockScenario | LineScenario, given: Mapping[str, Any], *, per_agent: bool
+    scenario: FlockScenario | LineScenario, options: EnvOptions | LineOptions, *, per_agent: bool = False
 ) -> PolicySpec:
-    """Return the policy spec of an environment of either model with the given options."""
-    options: Any = options_in(scenario, given)
-    if isinstance(scenario, LineScenario):
-        return line_policy_spec(scenario, options)
-    return flock_policy_spec(scenario, options, View.of(per_agent))
-
-
-def flock_policy_spec(scenario: FlockScenario, options: EnvOptions, view: View) -> PolicySpec:
-    """Return the policy spec of a flock environment with this scenario and these options."""
-    entries = _core.observation_entries(options.to_core(view), scenario.dimension)
-    layout = ObservationLayout.of(entries)
-    return PolicySpec(RangeActions(options), layout, scenario, options, view, scenario.num_steps)
-
-
-def line_policy_spec(scenario: LineScenario, options: LineOptions) -> PolicySpec:
-    """Return the policy spec of a line environment with this scenario and these options."""
-    layout = ObservationLayout.of(_core.line_observation_entries(scenario.num_agents))
-    return PolicySpec(RangeActions(options), layout, scenario, options, View.FLOCK, scenario.max_steps)
+    """Return the policy spec of an environment with this scenario and these options."""
+    layout = ObservationLayout.of(scenario.observation_entries(options, per_agent=per_agent))
+    return PolicySpec(RangeActions(options), layout, scenario, options, per_agent, scenario.num_steps)

@@ -86,7 +86,7 @@ def distinct_scenarios(
 
 
 def _rule(scenario: FlockScenario) -> str:
-    return f"a rule whose ranges are in {scenario.neighbor_rule.unit}"
+    return f"a rule whose ranges are in {scenario.range_unit}"
 
 
 def as_start(options: Mapping[str, Any] | None, scenario: FlockScenario) -> dict[str, Any]:

@@ -29,10 +29,9 @@ ATTEMPTS = 4
 """An array task that ends without a result, because it was killed, is submitted so often."""
 SQUEUE = ["squeue", "--me", "--array", "--states=all", "--noheader", "--format=%i|%T|%r"]
 HELD, FORGOTTEN = "HELD", "FORGOTTEN"
-ENDED = {
-    *("BOOT_FAIL", "CANCELLED", "COMPLETED", "DEADLINE", "FAILED", FORGOTTEN, HELD, "NODE_FAIL"),
-    *("OUT_OF_MEMORY", "PREEMPTED", "REVOKED", "TIMEOUT"),
-}
+_STOPPED = ("CANCELLED", "DEADLINE", "PREEMPTED", "REVOKED", "TIMEOUT", HELD, FORGOTTEN)
+_FAILED = ("BOOT_FAIL", "FAILED", "NODE_FAIL", "OUT_OF_MEMORY")
+ENDED = {"COMPLETED", *_STOPPED, *_FAILED}
 """Final states: ``squeue`` shows tasks that SLURM requeues as COMPLETING or PENDING."""
 Task = submitit.Job[dict[str, str]]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import json
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from platform import python_version
 from typing import Any
@@ -45,6 +44,8 @@ class RecordedRun:
 
 def versions(*packages: str) -> dict[str, str]:
     """Return the installed versions of Python, the packages that a run depends on, and other packages."""
+    from importlib.metadata import version  # slow to import
+
     return {"python": python_version(), **{name: version(name) for name in sorted({*_PACKAGES, *packages})}}
 
 

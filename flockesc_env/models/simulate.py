@@ -14,7 +14,6 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import data_frame
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.starts import fresh_seed
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -30,7 +29,7 @@ RECORDED = (
     *("polarization", "fraction_surviving"),
 )
 """Names of the columns of a ``Trajectory`` that ``simulate`` records."""
-_OBJECTIVES = [spec.series for spec in FLOCK_OBJECTIVES.values()]
+_OBJECTIVES = [spec.series for spec in FlockScenario.objectives.values()]
 
 
 class Displayed(ABC):
@@ -113,7 +112,7 @@ class Trajectory(Displayed):
             "seed": self.seed,
             **{
                 spec.name: float(minima[spec.series])
-                for spec in FLOCK_OBJECTIVES.values()
+                for spec in self.scenario.objectives.values()
                 if spec.is_defined_in(self.scenario)
             },
         }

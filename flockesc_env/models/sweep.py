@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Final, overload
+from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,30 +16,41 @@ from flockesc_env.common.checks import FloatArray, as_choice, as_path, as_seeds,
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import data_frame, figure_style, require
 from flockesc_env.common.progress import Progress, reporting
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, FlockOutcomes, ObjectiveSpec
 from flockesc_env.models.simulate import Displayed, IntArray
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.objectives import ObjectiveSpec
 from flockesc_env.scenario.presets import as_model
 
 if TYPE_CHECKING:
     import polars as pl
     from matplotlib.figure import Figure
 
-FLOCK_RANGES: Final = (*(2.0 * k for k in range(11)), 25.0, 30.0, 40.0, 50.0, 75.0, 100.0, 150.0)
-"""Fixed ranges in m among which the best one of a flock is chosen."""
 
-LINE_RANGES: Final = tuple(np.linspace(0, 1, 51).tolist())
-"""Fixed ranges among which the best one of a line is chosen."""
+@dataclass(frozen=True, eq=False, repr=False)
+class FlockOutcomes:
+    """Base class of results of runs of flocks: their seeds and every objective.
+
+    Attributes:
+        seeds: the seeds, shape (seeds,).
+        min_mean_distance: J_mean, the minimum over time of the mean predator distance, in m (Eq. 12).
+        min_min_distance: J_min, the minimum over time of the minimum predator distance, in m (Eq. 13).
+        fraction_surviving: share of agents that are not caught at the end.
+    """
+
+    seeds: NDArray[np.uint64]
+    min_mean_distance: FloatArray
+    min_min_distance: FloatArray
+    fraction_surviving: FloatArray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SweepResult(Displayed):
     """Results of ``sweep`` for either model; arrays have shape (ranges, seeds) unless stated otherwise.
 
-    Methods take the name of an objective, a key of ``objectives``; ``None``: the first one. They raise
-    ``InputError`` for another name. Tables, figures and intervals raise ``MissingExtraError`` without the
-    ``analysis`` extra.
+    Methods take the name of an objective, a key of ``scenario.objectives``; ``None``: the first one. They
+    raise ``InputError`` for another name. Tables, figures and intervals raise ``MissingExtraError`` without
+    the ``analysis`` extra.
 
     Attributes:
         scenario: the model's parameters.
@@ -53,9 +64,6 @@ class SweepResult(Displayed):
     seeds: NDArray[np.uint64]
     num_components: IntArray
 
-    objectives: ClassVar[Mapping[str, ObjectiveSpec]]
-    """The objectives of the model by name; the first one is the default."""
-
     def _summary(self) -> dict[str, object]:
         facts: dict[str, object] = {"num_ranges": len(self.interaction_ranges), "num_seeds": len(self.seeds)}
         if np.isfinite(self.values()).all():
@@ -68,8 +76,8 @@ class SweepResult(Displayed):
 
     def _spec(self, objective: str | None) -> ObjectiveSpec:
         if objective is None:
-            return next(iter(self.objectives.values()))
-        return self.objectives[as_choice(objective, "objective", self.objectives)]
+            return next(iter(self.scenario.objectives.values()))
+        return self.scenario.objectives[as_choice(objective, "objective", self.scenario.objectives)]
 
     def best_range(self, objective: str | None = None) -> float:
         """Return the best fixed range: the range with the largest mean over seeds; if tied, the smallest one.
@@ -138,7 +146,7 @@ class SweepResult(Displayed):
         from matplotlib.figure import Figure  # optional and slow to import
 
         best = self.best_range(objective)
-        unit = self.scenario.neighbor_rule.unit if isinstance(self.scenario, FlockScenario) else ""
+        unit = self.scenario.range_unit
         found = f"best fixed range: {best:.4g} {unit}".rstrip()
         figure = Figure(figsize=(5.5, 3.5), layout="constrained")
         axes = figure.subplots()
@@ -159,7 +167,7 @@ class SweepResult(Displayed):
 
     def table(self) -> pl.DataFrame:
         """Return a polars DataFrame with one row per run: range, seed and outcomes."""
-        columns = [*(spec.name for spec in self.objectives.values()), "num_components"]
+        columns = [*(spec.name for spec in self.scenario.objectives.values()), "num_components"]
         if isinstance(self, LineSweepResult):
             columns.append("converged")
         return data_frame(
@@ -188,8 +196,6 @@ class FlockSweepResult(FlockOutcomes, SweepResult):
     Inherits the attributes of ``SweepResult`` and ``FlockOutcomes``; arrays of shape (ranges, seeds).
     """
 
-    objectives = FLOCK_OBJECTIVES
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LineSweepResult(SweepResult):
@@ -204,7 +210,12 @@ class LineSweepResult(SweepResult):
     escape_distance: FloatArray
     converged: NDArray[np.bool]
 
-    objectives = LINE_OBJECTIVES
+
+RESULTS: Final[dict[str, type[FlockSweepResult | LineSweepResult]]] = {
+    "flock": FlockSweepResult,
+    "line": LineSweepResult,
+}
+"""Classes of results by model."""
 
 
 @overload
@@ -267,8 +278,5 @@ def sweep(
     threads, total, document = as_threads(num_threads), ranges.size * checked.size, model.to_json()
     with reporting(progress, "Sweep", total) as callback:
         report = None if callback is None else lambda done: callback(done, total)
-        if isinstance(model, FlockScenario):
-            flocks = _core.sweep_flock(document, ranges, checked, threads, report)
-            return FlockSweepResult(model, ranges, checked, **flocks)
-        lines = _core.sweep_line(document, ranges, checked, threads, report)
-        return LineSweepResult(model, ranges, checked, **lines)
+        run = _core.sweep_flock if model.model == "flock" else _core.sweep_line
+        return RESULTS[model.model](model, ranges, checked, **run(document, ranges, checked, threads, report))

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_flag, as_text
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions, options_in
 from flockesc_env.episodes.predators import PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.options import UNOBSERVED, EnvOptions, LineOptions
 from flockesc_env.scenario.presets import Scenario, as_model
 
 Observations = NDArray[np.float32]
@@ -152,7 +152,7 @@ class BasePolicy(ABC):
             made.scenario = as_model(scenario)
         if options or self.options is not None:
             made.options, made._checked = {**(self.options or {}), **options}, None
-            options_in(made.scenario or FlockScenario(), made.all_options())  # raises if one is invalid
+            (made.scenario or FlockScenario()).env_options(made.all_options())  # raises if one is invalid
         return made
 
     def default_options(self, scenario: Scenario) -> dict[str, Any]:  # noqa: ARG002
@@ -175,7 +175,7 @@ class BasePolicy(ABC):
     def policy_spec(self) -> PolicySpec:
         """Observations and actions of the policy in its scenario, by default the paper's flock."""
         scenario = self.scenario or FlockScenario()
-        return policy_spec(scenario, self.all_options(), per_agent=bool(self.per_agent))
+        return policy_spec(scenario, scenario.env_options(self.all_options()), per_agent=bool(self.per_agent))
 
     def bind(self, env: Any) -> Callable[[Any], Any]:
         """Return a function from an observation of an environment to the action; see ``policies.bind``."""
@@ -249,7 +249,7 @@ class BasePolicy(ABC):
         self._check_view(per_agent)
         if self.options is not None and options is not self._checked:
             model = LineScenario() if isinstance(options, LineOptions) else FlockScenario()
-            known = options_in(model, self.all_options())
+            known = model.env_options(self.all_options())
             names = None if self.scenario else self.options.keys()
             check_options(known, options, "made (use **policy.options)", names)
             self._checked = options

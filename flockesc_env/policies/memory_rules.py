@@ -103,7 +103,7 @@ class ListenWhileThreatened(RangeRule, RowMemory):
         heard = observations[:, spec.layout.index("heard_closest_approach")]
         has_seen |= observations[:, spec.layout.index("predator_sensed")] > 0
         unaware_range, aware_range, safe_distance = self.parameters
-        is_threatened = own < safe_distance / (safe_distance + spec.length_scale)
+        is_threatened = own < safe_distance / (safe_distance + spec.scenario.length_scale)
         aware = np.where(is_threatened & (heard > own), aware_range, 0.0)
         self._remember(len(begins), has_seen)
         return np.where(has_seen, aware, unaware_range)
@@ -170,7 +170,7 @@ class WinStayLoseShift(RangeRule, RowMemory):
         if self.criterion == "closest_approach":
             own: Any = observations[:, spec.layout.index("closest_approach")]
             is_better = observations[:, spec.layout.index("heard_closest_approach")] > own
-            threshold = threshold / (threshold + spec.length_scale)
+            threshold = threshold / (threshold + spec.scenario.length_scale)
         elif self.criterion == "escape_direction":
             own = observations[:, spec.layout.index("escape_direction_ahead")]
             is_better = observations[:, spec.layout.index("heard_escape_gain")] > 0
@@ -190,15 +190,17 @@ class WinStayLoseShift(RangeRule, RowMemory):
 
     def _estimate(self, observations: Observations, spec: PolicySpec) -> FloatArray:
         """Return the estimated escape direction in the frame of every agent, shape (rows, axes)."""
-        time = vector_entries("time", observations, spec) * spec.num_steps * spec.time_step
-        distance = unscaled(vector_entries("predator_distance", observations, spec)) * spec.length_scale
+        scenario = spec.scenario
+        time = vector_entries("time", observations, spec) * spec.num_steps * scenario.time_step
+        distance = unscaled(vector_entries("predator_distance", observations, spec)) * scenario.length_scale
         offset = distance * vector_entries("predator_direction_", observations, spec)
         velocity = unscaled(vector_entries("predator_velocity_", observations, spec))  # relative to the agent
         is_sensed = vector_entries("predator_sensed", observations, spec)
         velocity[:, :1] += is_sensed * unscaled(vector_entries("speed", observations, spec))
-        velocity *= spec.speed_scale
+        velocity *= scenario.speed_scale
         if self.criterion == "estimated_encounter":
-            squares = dot(velocity, velocity)[:, np.newaxis] + spec.speed_scale * spec.speed_scale / 2
+            square = scenario.speed_scale * scenario.speed_scale
+            squares = dot(velocity, velocity)[:, np.newaxis] + square / 2
             remaining = np.maximum(-dot(offset, velocity)[:, np.newaxis] / squares, 0.0)
         else:
             remaining = np.maximum(self.parameters[-1] - time, 0.0)

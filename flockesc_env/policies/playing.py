@@ -14,16 +14,16 @@ from flockesc_env.common.checks import FloatArray, as_threads
 from flockesc_env.common.extras import data_frame
 from flockesc_env.common.progress import Progress
 from flockesc_env.episodes.batch import Columns, FlockBatch, Step
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, FlockOutcomes
-from flockesc_env.episodes.options import EnvOptions, LineOptions, View
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
-from flockesc_env.episodes.spaces import RangeActions, candidates, line_policy_spec
+from flockesc_env.episodes.spaces import RangeActions, policy_spec
 from flockesc_env.models.simulate import Displayed, IntArray, Trajectory, run_flock
+from flockesc_env.models.sweep import FlockOutcomes
 from flockesc_env.policies.base import Observations, Policy
 from flockesc_env.policies.network import Architecture, NetworkPolicy, Parameters, choices
 from flockesc_env.policies.setup import Setup
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.options import EnvOptions, LineOptions
 from flockesc_env.scenario.presets import Scenario
 
 if TYPE_CHECKING:
@@ -61,8 +61,8 @@ class Episodes(FlockOutcomes, _Rows):
     mean_return: FloatArray
 
     def _summary(self) -> dict[str, object]:
-        names = (spec.name for spec in FLOCK_OBJECTIVES.values())
-        return {"num_seeds": len(self.seeds), **{name: float(getattr(self, name).mean()) for name in names}}
+        means = {name: float(getattr(self, name).mean()) for name in FlockScenario.objectives}
+        return {"num_seeds": len(self.seeds), **means}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -146,11 +146,11 @@ def rollout_networks(
     report = None if progress is None else lambda done: progress(done, len(seeds))
     numbers = np.array(seeds, np.uint64)
     actions = RangeActions(options)
-    _, ranges = choices(architecture, actions, candidates(options))
+    _, ranges = choices(architecture, actions, options.candidates)
     network = architecture.to_core(), parameters, ranges
     if isinstance(model, FlockScenario):
-        view, chosen = View.of(per_agent), cast("EnvOptions", options)
-        batch = FlockBatch(model, chosen, view=view, num_threads=num_threads)
+        chosen = cast("EnvOptions", options)
+        batch = FlockBatch(model, chosen, per_agent=per_agent, num_threads=num_threads)
         return batch.core.rollout(network, numbers, report)
     documents = model.to_json(), cast("LineOptions", options).to_core()
     return _core.rollout_line(documents, actions.core, network, numbers, as_threads(num_threads), report)
@@ -161,7 +161,7 @@ def _flock_batch(setup: Setup, num_flocks: int, predator_policy: PredatorPolicy 
         cast("FlockScenario", setup.scenario),
         cast("EnvOptions", setup.options),
         num_flocks=num_flocks,
-        view=setup.view,
+        per_agent=setup.per_agent,
         num_threads=setup.num_threads,
         predator_policy=predator_policy,
     )
@@ -225,7 +225,7 @@ class _LineBatch:
     """Episodes of lines, stepped together like the flocks of a ``FlockBatch``."""
 
     def __init__(self, scenario: LineScenario, options: LineOptions) -> None:
-        self.policy_spec = line_policy_spec(scenario, options)
+        self.policy_spec = policy_spec(scenario, options)
         self._documents = scenario.to_json(), options.to_core()
         self._lines: list[_core.LineEpisode] = []
 

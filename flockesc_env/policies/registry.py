@@ -19,7 +19,6 @@ from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_choice, as_flag, as_path, as_text, parse_number
 from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.common.files import suffix_of
-from flockesc_env.episodes.options import PROFILE_RANGES, UNOBSERVED, to_plain
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.models.records import versions
@@ -30,6 +29,7 @@ from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.document import from_fields
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.options import PROFILE_RANGES, UNOBSERVED, to_plain
 from flockesc_env.scenario.presets import MODELS
 
 SUFFIX = ".npz"
@@ -263,7 +263,7 @@ def _stored_policy(header: dict[str, Any], parameters: Any) -> BasePolicy:
     short = scenario
     if isinstance(scenario, LineScenario):  # a long one has gigabytes of entries, of the same kinds
         short = scenario.replace(num_agents=min(scenario.num_agents, _SHORT_LINE))
-    spec = policy_spec(short, options, per_agent=per_agent)
+    spec = policy_spec(short, short.env_options(options), per_agent=per_agent)
     chosen = {"criterion": header["criterion"]} if "criterion" in header else {}
     architecture: dict[str, Any] | str = header["architecture"]
     policy: Stored

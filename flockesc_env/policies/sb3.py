@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_flag
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions, View
 from flockesc_env.episodes.predators import PredatorPolicySpec
-from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec, flock_policy_spec
+from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec, policy_spec
 from flockesc_env.policies.base import BasePolicy, Observations, RowMemory, check_options, normalizer_of
 from flockesc_env.policies.network import NetworkPolicy, Squash, torch_network
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.options import UNOBSERVED, VIEWS, EnvOptions, LineOptions
 from flockesc_env.scenario.presets import Scenario
 
 
@@ -116,11 +116,12 @@ class SB3Policy(BasePolicy, RowMemory):
         trained = getattr(self.model, "observation_space", None)
         if trained is None or isinstance(scenario, LineScenario) or isinstance(options, LineOptions):
             return False
-        spaces = {view: flock_policy_spec(scenario, options, view).layout.space() for view in View}
-        for view, space in spaces.items():
+        specs = (policy_spec(scenario, options, per_agent=per_agent) for per_agent in VIEWS)
+        spaces = {spec.per_agent: spec.layout.space() for spec in specs}
+        for per_agent, space in spaces.items():
             if trained == space:
-                return view.is_per_agent
-        raise _space_error(trained, spaces)
+                return per_agent
+        raise _space_error(trained, {VIEWS[per_agent]: space for per_agent, space in spaces.items()})
 
     def network(self) -> NetworkPolicy:
         """Return the mode of the action distribution as a ``NetworkPolicy``, which ``save_policy`` can store.
@@ -192,9 +193,10 @@ class SB3Policy(BasePolicy, RowMemory):
             raise InputError("vec_normalize", expected, "none")
 
     def _check_spaces(self, spec: PolicySpec | PredatorPolicySpec) -> None:
-        row, actions = (
-            (spec.view, spec.actions.space()) if isinstance(spec, PolicySpec) else ("predator", spec.space())
-        )
+        if isinstance(spec, PolicySpec):
+            row, actions = VIEWS[spec.per_agent], spec.actions.space()
+        else:
+            row, actions = "predator", spec.space()
         observed = spec.layout.space()
         trained = getattr(self.model, "observation_space", None)
         if trained is not None and trained != observed:

@@ -7,12 +7,12 @@ from typing import Any
 
 from flockesc_env.common.checks import as_flag, as_predator_policy
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.options import EnvOptions, LineOptions, View, options_in
 from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import as_flock_policy
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.options import EnvOptions, LineOptions
 from flockesc_env.scenario.presets import PRESETS, Scenario, as_model
 
 
@@ -35,11 +35,6 @@ class Setup:
     per_agent: bool
     predator_policy: PredatorPolicy | None = None
     num_threads: int | None = None
-
-    @property
-    def view(self) -> View:
-        """What an observation row and a range belong to."""
-        return View.of(self.per_agent)
 
 
 def setup(
@@ -75,7 +70,7 @@ def setup(
         as_predator_policy(predator_policy)
     if not options:
         player.check_known()
-    chosen = options_in(model, {**player.all_options(model), **options})
+    chosen = model.env_options({**player.all_options(model), **options})
     view = player.per_agent if per_agent is None else as_flag(per_agent, "per_agent")
     if view is None:
         view = player.is_per_agent_in(model, chosen)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import FloatArray, as_count, as_instance
 from flockesc_env.common.errors import InputError, printable
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.registry import NAMES
 from flockesc_env.scenario.flock import FlockScenario
@@ -108,7 +107,7 @@ def recorded_frame(
     run: Trajectory, step: int, objective: str, view: FloatArray, largest_range: float
 ) -> FlockFrame:
     """Return the frame of a recorded run after ``step`` steps."""
-    spec = FLOCK_OBJECTIVES[objective]
+    spec = FlockScenario.objectives[objective]
     # The model moves predators by r_p(t + dt) = r_p(t) + dt v_p(t), which gives v_p by a forward difference.
     moved = min(step, run.scenario.num_steps - 1)
     before, after = run.predator_positions[moved : moved + 2]
@@ -130,7 +129,7 @@ def recorded_frame(
 
 def live_frames(batch: FlockBatch, frames: Sequence[FlockFrame | None]) -> list[FlockFrame]:
     """Return the frames of all flocks after an action, from those before it (``None``: no history)."""
-    spec = FLOCK_OBJECTIVES[batch.options.objective]
+    spec = FlockScenario.objectives[batch.options.objective]
     objectives, caught, present = batch.core.metrics()[spec.name], batch.core.caught(), list[FlockFrame]()
     for slot, last in enumerate(frames):
         state = batch.core.state(slot)

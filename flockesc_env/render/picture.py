@@ -130,7 +130,7 @@ def draw_frame(frame: FlockFrame | LineFrame, options: RenderOptions, title: str
 
 
 def _draw_flock(canvas: Canvas, frame: FlockFrame, title: str) -> None:
-    size, unit = canvas.size, frame.scenario.neighbor_rule.unit
+    size, unit = canvas.size, frame.scenario.range_unit
     eye, alive, known = camera(frame.view, size), ~frame.caught, frame.interaction_range
     ranges = np.broadcast_to(known if len(known) else 0.0, len(alive))[alive]
     places, predators = eye.pixels(frame.positions[alive]), eye.pixels(frame.predator_positions)

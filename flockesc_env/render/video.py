@@ -18,7 +18,6 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import atomic_write, suffix_of
 from flockesc_env.common.progress import Progress
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, Objective
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, as_runs
 from flockesc_env.render.frames import (
     LineFrame,
@@ -31,6 +30,8 @@ from flockesc_env.render.frames import (
 )
 from flockesc_env.render.palette import LIGHT, rgb
 from flockesc_env.render.viewer import grid_shape, tiled
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.objectives import Objective
 
 _FORMATS: dict[str, dict[str, Any]] = {
     ".mp4": {"codec": "libx264", "quality": 6},
@@ -40,8 +41,12 @@ _FORMATS: dict[str, dict[str, Any]] = {
         # One palette for all frames, and only the changes of each frame: small files without flicker.
         # It repeats forever and rests 2 s on its last frame.
         "output_params": [
-            *("-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none"),
-            *("-loop", "0", "-final_delay", "200"),
+            "-vf",
+            "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none",
+            "-loop",
+            "0",
+            "-final_delay",
+            "200",
         ],
     },
 }
@@ -73,7 +78,7 @@ def draw(
     """
     as_run(run, "run")
     options, title = as_render_options(options), as_text(title, "title")
-    as_choice(objective, "objective", FLOCK_OBJECTIVES)
+    as_choice(objective, "objective", FlockScenario.objectives)
     last = run.steps if isinstance(run, LineTrajectory) else run.scenario.num_steps
     step = as_count(step, "step", least=0, most=last)
     from flockesc_env.render.picture import draw_frame  # loads pygame, an extra
@@ -116,7 +121,7 @@ def write_video(
         OSError: if the file cannot be written; an older file stays as it was.
     """
     path = as_path(path)
-    as_choice(objective, "objective", FLOCK_OBJECTIVES)
+    as_choice(objective, "objective", FlockScenario.objectives)
     suffix = suffix_of(path)
     if suffix not in _FORMATS:
         raise InputError("path", f"a file that ends in {' or '.join(_FORMATS)}", path)
@@ -143,7 +148,7 @@ def write_video(
     views = [recorded_view(run, run.scenario.num_steps) for _, run in runs]
     if len({view.shape for view in views}) == 1:
         views = [enclose(*views)] * len(views)
-    titles = [policy_title(name, run.scenario.neighbor_rule.unit) for name, run in runs]
+    titles = [policy_title(name, run.scenario.range_unit) for name, run in runs]
     with TemporaryDirectory() as folder:
         film = str(Path(folder, f"film{suffix}"))
         writer = imageio_ffmpeg.write_frames(

@@ -25,8 +25,6 @@ from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, Registered, survives_interrupts
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.batch import Columns, info_dicts
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
-from flockesc_env.episodes.options import View
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.episodes.starts import Scenarios, consecutive_seeds, fresh_seed
 from flockesc_env.policies.playing import play
@@ -84,7 +82,7 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         infos: Infos = "all",
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        super().__init__(scenario, arguments, num_flocks=num_flocks, view=View.of(per_agent))
+        super().__init__(scenario, arguments, num_flocks=num_flocks, per_agent=per_agent)
         self._infos: Infos = as_choice(infos, "infos", get_args(Infos))
         self._actions: NDArray[Any] | None = None
         metadata, slots = self.metadata, self._batch.num_flocks * self._batch.rows
@@ -239,7 +237,7 @@ class FlockEvalCallback(BaseCallback):
         elif isinstance(env, BatchVecEnv):
             self._given |= {"per_agent": env.policy_spec.per_agent, "predator_policy": env.predator_policy}
             self._scenarios = [*dict.fromkeys(env.scenarios)]
-            self._objective = FLOCK_OBJECTIVES[env.options.objective].name
+            self._objective = env.options.objective
         else:
             raise InputError("model.env", "an environment of Task.vec_env", shown(self.training_env))
         self._given |= asdict(env.options)

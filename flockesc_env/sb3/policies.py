@@ -17,6 +17,7 @@ from flockesc_env.common.checks import as_floats
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.network import Architecture, NetworkPolicy, layer_parameters
+from flockesc_env.scenario.options import VIEWS
 
 _FIRST_SLOPE = 8.0
 """Decrease of the first scores with the range, in units of the largest one.
@@ -185,7 +186,8 @@ def _check_spaces(policy: ActorCriticPolicy, spec: PolicySpec) -> None:
     expected = spec.layout.space(), spec.actions.space()
     if (policy.observation_space, policy.action_space) != expected:
         given = f"{policy.observation_space.shape} and {policy.action_space}"
-        raise InputError("spec", f"that of the environment, whose spaces are {given}", f"one per {spec.view}")
+        row = VIEWS[spec.per_agent]
+        raise InputError("spec", f"that of the environment, whose spaces are {given}", f"one per {row}")
 
 
 def _tanh_layers(widths: list[int]) -> list[nn.Module]:

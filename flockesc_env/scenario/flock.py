@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_seed
 from flockesc_env.common.errors import InputError
 from flockesc_env.scenario import parts
 from flockesc_env.scenario.document import Document
+from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
+from flockesc_env.scenario.options import ActionOptions, EnvOptions, EnvOptionsDict, check_names
 from flockesc_env.scenario.predators import ConstantVelocity, Learned, Predator, Start, approach
+
+_SEARCH_RANGES = (*(2.0 * k for k in range(11)), 25.0, 30.0, 40.0, 50.0, 75.0, 100.0, 150.0)
 
 
 @dataclass(frozen=True)
@@ -58,10 +64,17 @@ class FlockScenario(Document):
             ``Uniform``, ``LogUniform``, ``Choice`` and ``RandomApproach``. Any number of the scenario can be
             drawn except ``initial_side`` and ``time_step``. An episode that draws a number out of bounds
             raises ``InputError`` at its reset.
+        model: name of the model.
+        objectives: the model's objectives by name; the first one is the default.
+        search_ranges: fixed ranges in m among which the best one is chosen.
 
     Raises:
         InputError: if a field has the wrong type or is out of bounds.
     """
+
+    model: ClassVar[str] = "flock"
+    objectives: ClassVar[Mapping[str, ObjectiveSpec]] = FLOCK_OBJECTIVES
+    search_ranges: ClassVar[tuple[float, ...]] = _SEARCH_RANGES
 
     num_agents: int = 300
     dimension: int = 2
@@ -104,6 +117,45 @@ class FlockScenario(Document):
                 )
         object.__setattr__(self, "predators", tuple(predators))
         _core.check_flock_scenario(self.to_json())
+
+    def env_options(self, given: Mapping[str, Any], known: type = EnvOptionsDict) -> EnvOptions:
+        """Return the options of an environment with this scenario, from its keyword arguments.
+
+        Args:
+            given: the keyword arguments.
+            known: a ``TypedDict`` of all that the environment accepts. Those that are not options are
+                ignored.
+
+        Raises:
+            InputError: if a name is unknown, an option is out of bounds, or ``max_range`` is missing, which a
+                topological rule requires.
+        """
+        check_names(self, given, known)
+        if isinstance(self.neighbor_rule, parts.Topological) and "max_range" not in given:
+            expected = "the largest number of neighbors, required by a topological rule"
+            raise InputError("max_range", expected, "none")
+        return EnvOptions.among(given)
+
+    def observation_entries(
+        self, options: ActionOptions, *, per_agent: bool = False
+    ) -> list[tuple[str, float, float]]:
+        """Return the names and bounds of the entries of an observation row."""
+        return _core.observation_entries(options.to_core(per_agent=per_agent), self.dimension)
+
+    @property
+    def range_unit(self) -> str:
+        """Unit of interaction ranges."""
+        return self.neighbor_rule.unit
+
+    @property
+    def length_scale(self) -> float:
+        """A length of this many m is observed as 1/2."""
+        return self.initial_side
+
+    @property
+    def speed_scale(self) -> float:
+        """A speed of this many m/s is observed as 1/2."""
+        return max(self.speed) if isinstance(self.speed, tuple) else self.speed
 
     @property
     def num_learned(self) -> int:

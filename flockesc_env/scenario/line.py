@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, ClassVar, Literal
 
 from flockesc_env import _core
 from flockesc_env.scenario.document import Document
+from flockesc_env.scenario.objectives import LINE_OBJECTIVES, ObjectiveSpec
+from flockesc_env.scenario.options import ActionOptions, LineOptions, LineOptionsDict, check_names
 
 EscapeForce = Literal["constant", "linear", "linear_as_printed"]
 
@@ -24,10 +27,24 @@ class LineScenario(Document):
             figures; ``"linear_as_printed"``: Eq. 9 as printed (docs/model.md, "Line").
         tolerance: the line is in its steady state when no agent moves by more than this in one step.
         max_steps: number of steps after which a run stops if it has not reached its steady state.
+        model: name of the model.
+        objectives: the model's objectives by name; the first one is the default.
+        search_ranges: fixed ranges among which the best one is chosen.
+        range_unit: unit of interaction ranges.
+        length_scale, speed_scale: a length and a speed that are observed as 1/2.
+        time_step: duration of a model step.
 
     Raises:
         InputError: if a field has the wrong type or is out of bounds.
     """
+
+    model: ClassVar[str] = "line"
+    objectives: ClassVar[Mapping[str, ObjectiveSpec]] = LINE_OBJECTIVES
+    search_ranges: ClassVar[tuple[float, ...]] = tuple(0.02 * k for k in range(51))
+    range_unit: ClassVar[str] = ""
+    length_scale: ClassVar[float] = 1.0
+    speed_scale: ClassVar[float] = 1.0
+    time_step: ClassVar[float] = 1.0
 
     num_agents: int = 100
     predator_position: float | None = 0.6
@@ -40,3 +57,22 @@ class LineScenario(Document):
     def __post_init__(self) -> None:
         super().__post_init__()
         _core.check_line_scenario(self.to_json())
+
+    def env_options(self, given: Mapping[str, Any], known: type = LineOptionsDict) -> LineOptions:
+        """Return the options of an environment with this scenario; see ``FlockScenario.env_options``."""
+        check_names(self, given, known)
+        return LineOptions.among(given)
+
+    def observation_entries(
+        self,
+        options: ActionOptions,  # noqa: ARG002, they change no entry
+        *,
+        per_agent: bool = False,  # noqa: ARG002, agents share one range
+    ) -> list[tuple[str, float, float]]:
+        """Return the names and bounds of the entries of an observation row."""
+        return _core.line_observation_entries(self.num_agents)
+
+    @property
+    def num_steps(self) -> int:
+        """Number of model steps of an episode that does not end early, as of a flock."""
+        return self.max_steps

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, Final, NamedTuple, TypeVar
 
@@ -28,15 +28,41 @@ class Preset(NamedTuple):
     scenario: Scenario
 
 
-def _flock(description: str, **differences: Any) -> Preset:
-    """Return a preset of the paper's flock with some fields changed."""
-    return Preset(description, FlockScenario(**differences))
+_Row = tuple[str, type[Scenario], dict[str, Any]]
 
 
-_VARIATIONS = {
+def _flock(description: str, **differences: Any) -> _Row:
+    """Return the row of a variation of the paper's flock, with some fields changed."""
+    return description, FlockScenario, differences
+
+
+class _Presets(Mapping[str, Preset]):
+    """Presets by name. To make all of them is slow, so each scenario is made at its first use."""
+
+    def __init__(self, rows: Mapping[str, _Row]) -> None:
+        self._rows = rows
+        self._made: dict[str, Preset] = {}
+
+    def __getitem__(self, name: str) -> Preset:
+        if name not in self._made:
+            description, model, differences = self._rows[name]
+            self._made[name] = Preset(description, model(**differences))
+        return self._made[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._rows
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._rows)
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+
+_VARIATIONS: Final[dict[str, _Row]] = {
     "paper-flock": _flock("the paper's flock and its predator, which flies straight on"),
-    "paper-line": Preset("the paper's line, with the linear escape force", LineScenario()),
-    "constant-line": Preset("the line with the constant escape force", LineScenario(escape_force="constant")),
+    "paper-line": ("the paper's line, with the linear escape force", LineScenario, {}),
+    "constant-line": ("the line with the constant escape force", LineScenario, {"escape_force": "constant"}),
     "literal-law": _flock("the law as printed in the paper, under which speeds vary", constant_speed=False),
     # predators
     "edge-attack": _flock(
@@ -187,7 +213,7 @@ OF_TASKS: Final = {
         "a control: agents that no predator has reached do not hear those that one has", blocks_warnings=True
     ),
 }
-PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(_VARIATIONS | OF_TASKS | LITERATURE)
+PRESETS: Final[Mapping[str, Preset]] = _Presets(_VARIATIONS | OF_TASKS | LITERATURE)
 
 
 def preset(name: str) -> Scenario:

@@ -12,8 +12,7 @@ from flockesc_env.common.array_files import write_table
 from flockesc_env.common.extras import data_frame
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.models.sweep import FLOCK_RANGES, LINE_RANGES, FlockSweepResult, LineSweepResult
-from flockesc_env.scenario.line import LineScenario
+from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult
 from flockesc_env.taskset.definition import TaskDefinition
 
 if TYPE_CHECKING:
@@ -102,4 +101,4 @@ class Comparison:
 
 def grid_of(task: TaskDefinition) -> tuple[float, ...]:
     """Return the fixed ranges among which the best one of a task is chosen."""
-    return LINE_RANGES if isinstance(task.scenario, LineScenario) else FLOCK_RANGES
+    return task.scenario.search_ranges

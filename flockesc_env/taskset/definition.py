@@ -13,10 +13,10 @@ import msgspec
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs.gymnasium import FlockEscapeEnv
 from flockesc_env.envs.line import LineEscapeEnv
-from flockesc_env.episodes.objectives import ObjectiveSpec
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.scenario.line import LineScenario
+from flockesc_env.scenario.objectives import ObjectiveSpec
 from flockesc_env.scenario.presets import Scenario
 
 if TYPE_CHECKING:
@@ -197,4 +197,6 @@ class TaskDefinition:
 
     def policy_spec(self, **options: Any) -> PolicySpec:
         """Return what a policy observes and sets; ``options`` replace the task's."""
-        return policy_spec(self.scenario, {**self.options, **options}, per_agent=self.per_agent)
+        return policy_spec(
+            self.scenario, self.scenario.env_options({**self.options, **options}), per_agent=self.per_agent
+        )

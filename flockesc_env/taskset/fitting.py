@@ -8,11 +8,11 @@ from typing import Any, get_args
 import numpy as np
 
 from flockesc_env.common.errors import InputError
-from flockesc_env.episodes.options import UNOBSERVED, EnvOptions, LineOptions
 from flockesc_env.policies import rules
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import Stored
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.options import UNOBSERVED, EnvOptions, LineOptions
 from flockesc_env.taskset.definition import TaskDefinition
 
 FREE = ("action_mode", "min_range", "range_grid", *UNOBSERVED)

@@ -17,7 +17,6 @@ from flockesc_env.common.checks import as_choice, as_count
 from flockesc_env.common.errors import InputError, errors_at
 from flockesc_env.common.extras import require
 from flockesc_env.common.progress import progress_bar
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES
 from flockesc_env.models.sweep import sweep
 from flockesc_env.policies.registry import as_policy
 from flockesc_env.policies.rollout import rollout
@@ -170,8 +169,7 @@ def _task(name: str, entry: _Entry, version: str) -> Task:
     scenarios = {one: PRESETS[as_choice(one, f"{name}.scenario", PRESETS)].scenario for one in names}
     model = scenarios[entry.scenario]
     is_line = isinstance(model, LineScenario)
-    specs = LINE_OBJECTIVES if is_line else FLOCK_OBJECTIVES
-    spec = specs[as_choice(entry.objective, f"{name}.objective", specs)]
+    spec = model.objectives[as_choice(entry.objective, f"{name}.objective", model.objectives)]
     if not spec.is_defined_in(model):
         raise InputError("scenario", f"{spec.requires}, which the objective {spec.name} requires", "none")
     defining = {

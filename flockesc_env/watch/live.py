@@ -56,7 +56,7 @@ def page_spec(spec: str, policy: BasePolicy) -> str | None:
 
 def scenario_document(name: str, scenario: FlockScenario, best: float | None = None) -> dict[str, Any]:
     """Return the document of a preset or of ``GIVEN``, with its best fixed range if that is known."""
-    unit = scenario.neighbor_rule.unit
+    unit = scenario.range_unit
     return {
         "name": name,
         "label": None if name in PRESETS else "given scenario",

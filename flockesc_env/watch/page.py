@@ -19,26 +19,25 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import as_path
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import write_text
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.models.order import unit
 from flockesc_env.models.records import versions
 from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.policies.registry import NAMES
 from flockesc_env.render.frames import policy_title
 from flockesc_env.render.palette import DARK, LIGHT
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.watch.live import ENGINE, has_engine, safe_json, scenario_documents, start_document
 
 _REPLAY = ("dom", "data", "theme", "camera", "ground", "scene", "panel", "curves", "player", "page")
-_LIVE = (
-    *("npz", "steer", "engine", "flight", "policies", "choice", "inspect", "predict", "address", "python"),
-    *("live_page", "controls"),
-)
+_FLIGHTS = ("npz", "steer", "engine", "flight", "policies")
+_TOOLS = ("choice", "inspect", "predict", "address", "python")
+_LIVE = (*_FLIGHTS, *_TOOLS, "live_page", "controls")
 """Scripts under ``js/``, in order of dependence: of all pages, and of pages that simulate."""
 
 Run = tuple[str, Trajectory]
 """A name and a run."""
 
-_OBJECTIVE = FLOCK_OBJECTIVES["min_mean_distance"]
+_OBJECTIVE = FlockScenario.objectives["min_mean_distance"]
 """The objective that the page shows. A recorded run does not say what its policy maximizes."""
 
 _LEAD = "How far each agent listens decides whether the flock escapes. Change the range, and see a whole run."
@@ -183,12 +182,12 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     }
     return {
         "name": name,
-        "title": policy_title(name, trajectory.scenario.neighbor_rule.unit),
+        "title": policy_title(name, trajectory.scenario.range_unit),
         "kind": "fixed" if np.ptp(ranges) == 0 else "rule" if name in NAMES else "learned",  # gives the color
         # None if no seed gives this start. A string, because 64 bits do not fit into a number of JavaScript.
         "seed": None if trajectory.is_start_given else str(trajectory.seed),
         "scenario": json.loads(trajectory.scenario.to_json()),
-        "rangeUnit": trajectory.scenario.neighbor_rule.unit,
+        "rangeUnit": trajectory.scenario.range_unit,
         "objective": _OBJECTIVE.symbol,
         "columns": columns,
     }

@@ -15,11 +15,9 @@ from flockesc_env import FlockScenario, InputError
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, mean
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import View, options_in
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
-from flockesc_env.models.sweep import FLOCK_RANGES
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, approach
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, play_jobs, share_of, values_by
@@ -78,8 +76,8 @@ def can_run(headline: Headline, scenario: FlockScenario) -> bool:
     """Return whether a policy can run in a scenario: it can show all that the policy observes."""
     entry = headline.entry
     try:
-        options = options_in(scenario, entry.all_options(scenario))
-        FlockBatch(scenario, options, view=View.of(bool(entry.per_agent)))
+        options = scenario.env_options(entry.all_options(scenario))
+        FlockBatch(scenario, options, per_agent=bool(entry.per_agent))
     except InputError:
         return False
     return True
@@ -116,7 +114,10 @@ def play(
     for name, scenario in tried.items():
         is_counted = grid_of(scenario) is NEIGHBORS
         share = _LARGE_SHARE if scenario.num_agents > SIZES[1] else _SLOW_SHARE if is_counted else 1.0
-        count, actions = round(num_flocks * share), NEIGHBORS.actions if is_counted else FLOCK_RANGES
+        count, actions = (
+            round(num_flocks * share),
+            NEIGHBORS.actions if is_counted else FlockScenario.search_ranges,
+        )
         flocks = share_of(HELD_OUT, count, scale)
         plans[name] = actions, flocks
         jobs["tuning", name] = seed_jobs(OUTCOMES, scenario, actions, share_of(TUNING, 2 * count, scale))

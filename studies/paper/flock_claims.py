@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
-from flockesc_env.episodes.objectives import ObjectiveSpec
 from flockesc_env.jobs import Arrays
+from flockesc_env.scenario.objectives import ObjectiveSpec
 from studies.paper.claims import Claim, Quantity, claim, exactly, mean, quantiles, share
 from studies.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, OFFSETS, PAPER_OBJECTIVES, SHOWN_FLOCK_RANGES
 

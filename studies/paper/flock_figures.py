@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 
 from flockesc_env import simulate
 from flockesc_env.common import stats
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.jobs import Arrays
 from flockesc_env.models.graph import component_labels
 from flockesc_env.render.palette import LIGHT
+from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES
 from studies.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, OFFSETS, PAPER_OBJECTIVES, SHOWN_FLOCK_RANGES
 from studies.style import caption, component_colors, letter, subplots
 from training.figure_style import BAND, RANGES, draw_predator, label_ends

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from flockesc_env.common.stats import Estimate, FloatArray, mean
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
 from flockesc_env.jobs import Arrays
+from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
 from studies.measurements import means
 from studies.paper import plan
 from studies.paper.claims import Claim, Quantity, claim

@@ -10,9 +10,9 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.jobs import Arrays
 from flockesc_env.render.palette import LIGHT
+from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES
 from studies.measurements import means
 from studies.paper.jobs import with_parts
 from studies.paper.mechanism_claims import flock_values

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Final
 
 from flockesc_env.common.checks import as_count
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.scenario import (
@@ -21,6 +20,7 @@ from flockesc_env.scenario import (
     approach,
 )
 from flockesc_env.scenario.line import EscapeForce
+from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES
 from flockesc_env.scenario.presets import as_scenario
 
 CURVES, CONSENSUS, ANATOMY = (f"studies.paper.jobs:{name}" for name in ("curves", "consensus", "anatomy"))

@@ -17,7 +17,6 @@ import numpy as np
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import View, options_in
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.jobs import Arrays
 from flockesc_env.taskset.task import Task, tasks
@@ -72,9 +71,9 @@ def _play(name: str, ranges: FloatArray, flocks: range) -> tuple[FloatArray, Flo
     options = {**task.options, "reward": "individual", "action_mode": "range"}
     batch = FlockBatch(
         task.scenario,
-        options_in(task.scenario, options),
+        task.scenario.env_options(options),
         num_flocks=len(flocks),
-        view=View.AGENT,
+        per_agent=True,
         num_threads=1,
     )
     batch.reset(range(len(flocks)), list(flocks))

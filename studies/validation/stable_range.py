@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from flockesc_env import FlockScenario
 from flockesc_env.common.stats import Estimate, FloatArray, argmax, mean
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import EnvOptions, View
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
+from flockesc_env.scenario.options import EnvOptions
 from flockesc_env.scenario.presets import as_scenario
 from studies.measurements import means, share_of, sign, split
 from studies.style import letter
@@ -96,7 +96,7 @@ def play(
     grid: dict[str, Any] = {"action_mode": "discrete", "range_grid": RANGES, "max_range": RANGES[-1]}
     options = EnvOptions(**grid, steps_per_action=steps, reward="individual_distance", count_components=False)
     count = at.shape[0] * at.shape[1]
-    batch = FlockBatch(scenario, options, num_flocks=count, view=View.AGENT, num_threads=1)
+    batch = FlockBatch(scenario, options, num_flocks=count, per_agent=True, num_threads=1)
     batch.reset(range(count), np.repeat(seeds, at.shape[1]).tolist())
     rewards = [batch.step(at.ravel())[1] for _ in range(scenario.num_steps // steps)]
     distances = np.stack(rewards) * scenario.num_steps

@@ -16,11 +16,11 @@ from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario, sweep
 from flockesc_env.common.stats import Estimate, mean
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, PurePursuit, RandomHeadings, approach
+from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES
 from flockesc_env.scenario.parts import InitialHeadings
 from studies.measurements import share_of, split
 from studies.style import letter, subplots

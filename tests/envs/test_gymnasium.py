@@ -13,8 +13,8 @@ from option_table import EVERY_STEP, small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
-from flockesc_env.episodes.options import EnvOptions
 from flockesc_env.episodes.spaces import RangeActions
+from flockesc_env.scenario.options import EnvOptions
 
 RHO = 25.0  # action -0.5 of [0, 100]
 

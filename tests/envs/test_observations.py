@@ -13,7 +13,6 @@ from option_table import DIMENSIONS, EVERY_STEP, OBJECTIVES
 
 import flockesc_env as fe
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import View
 from flockesc_env.scenario import ConstantVelocity, Learned, PurePursuit, Reynolds, Topological, Voronoi
 from flockesc_env.scenario.predators import Start
 
@@ -69,7 +68,7 @@ def assert_observed(rows: np.ndarray, layout: Any, expected: list[dict[str, floa
 
 def assert_plays_as(flock: Reference, rng: np.random.Generator, *, per_agent: bool) -> None:
     """Compare the states, and the observations of the flock or its agents and of learned predators."""
-    batch = FlockBatch(flock.scenario, flock.options, view=View.of(per_agent))
+    batch = FlockBatch(flock.scenario, flock.options, per_agent=per_agent)
     state, spec = flock.state, batch.predator_policy_spec
     start = {"initial_positions": state.positions, "initial_velocities": state.velocities}
     rows, _ = batch.reset([0], [0], [start])
@@ -132,7 +131,7 @@ def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict
     scenario = fe.FlockScenario(num_agents=70, **changes)
     ranges = (0.0, 3.0, 11.0, 40.0)
     options = fe.EnvOptions(action_mode="range", profile_ranges=ranges, **EVERY_STEP)
-    batch = FlockBatch(scenario, options, num_flocks=len(ranges), view=View.AGENT)
+    batch = FlockBatch(scenario, options, num_flocks=len(ranges), per_agent=True)
     batch.reset(range(len(ranges)), [7] * len(ranges))
     actions = np.repeat(np.array(ranges, np.float32), 70)[:, None]
     columns = batch.policy_spec.layout.index
@@ -149,8 +148,8 @@ def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict
             np.testing.assert_allclose(*lengths, atol=1e-6)
 
 
-@pytest.mark.parametrize(("frozen_graph", "view"), [(True, View.AGENT), (False, View.FLOCK)])
-def test_flocks_without_a_profile_are_refused(frozen_graph: bool, view: View) -> None:
+@pytest.mark.parametrize(("frozen_graph", "per_agent"), [(True, True), (False, False)])
+def test_flocks_without_a_profile_are_refused(frozen_graph: bool, per_agent: bool) -> None:
     scenario, options = fe.FlockScenario(frozen_graph=frozen_graph), fe.EnvOptions(profile_ranges=RANGES)
     with pytest.raises(fe.InputError, match="profile_ranges: expected none with"):
-        FlockBatch(scenario, options, view=view)
+        FlockBatch(scenario, options, per_agent=per_agent)

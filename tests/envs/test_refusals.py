@@ -25,13 +25,13 @@ import flockesc_env as fe
 from flockesc_env import flockesc_v1, jobs, policies, scenario
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import EnvOptionsDict, LineOptionsDict
 from flockesc_env.models import neighbor_pairs
 from flockesc_env.models.simulate import run_flock
 from flockesc_env.notebook import Replay
 from flockesc_env.policies import FlyStraight, Pursue
 from flockesc_env.sb3 import vec_env
 from flockesc_env.scenario import Learned, PurePursuit, Topological, approach
+from flockesc_env.scenario.options import EnvOptionsDict, LineOptionsDict
 
 # Entries that the action space rejects.
 BAD_ENTRIES = {

@@ -11,7 +11,6 @@ from option_table import DIMENSIONS, small_flock
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import View
 from flockesc_env.models import Trajectory
 from flockesc_env.policies import (
     BestNextHeading,
@@ -104,7 +103,7 @@ def shower(policy: Any, num_agents: int, entry: str) -> Callable[..., list[float
     """Return a function that shows agents some entries and returns the ranges that the policy sets."""
     options = fe.EnvOptions(extra_entries=(entry,), max_range=150.0)  # type: ignore[arg-type]
     scenario = fe.FlockScenario(num_agents=num_agents, initial_side=100.0)
-    spec = FlockBatch(scenario, options, view=View.AGENT).policy_spec
+    spec = FlockBatch(scenario, options, per_agent=True).policy_spec
     rows = np.zeros((num_agents, len(spec.layout.names)), np.float32)
 
     def ranges(**entries: list[float]) -> list[float]:

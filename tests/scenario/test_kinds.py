@@ -14,8 +14,7 @@ from option_table import small_flock
 import flockesc_env as fe
 from flockesc_env import _core
 from flockesc_env.common.errors import FlockescError
-from flockesc_env.episodes import objectives, options
-from flockesc_env.scenario import parts, predators
+from flockesc_env.scenario import objectives, options, parts, predators
 from flockesc_env.scenario.line import EscapeForce
 
 FAMILIES: dict[str, Any] = {
@@ -47,7 +46,8 @@ def test_python_has_every_part(family: str) -> None:
 def test_the_defaults_of_both_languages_are_equal() -> None:
     assert json.loads(fe.FlockScenario().to_json()) == json.loads(_core.default_flock_scenario())
     assert json.loads(fe.LineScenario().to_json()) == json.loads(_core.default_line_scenario())
-    assert set(options.View) == set(_core.kinds()["views"])
+    assert set(options.VIEWS.values()) == set(_core.kinds()["views"])
+    assert list(fe.FlockScenario.objectives) == _core.kinds()["objectives"]
 
 
 @pytest.mark.parametrize(
@@ -81,7 +81,7 @@ def check_options(document: str) -> None:
 DOCUMENTS: dict[str, tuple[Callable[[str], Any], str]] = {
     "flock": (_core.check_flock_scenario, fe.FlockScenario().to_json()),
     "line": (_core.check_line_scenario, fe.LineScenario().to_json()),
-    "options": (check_options, fe.EnvOptions().to_core(options.View.FLOCK)),
+    "options": (check_options, fe.EnvOptions().to_core()),
     "options of lines": (
         lambda document: _core.LineEpisode(fe.LineScenario().to_json(), document, 0),
         fe.LineOptions().to_core(),

@@ -15,7 +15,6 @@ from flockesc_env import FlockScenario, save_policy
 from flockesc_env.cli.output import Exit
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Cache, Job, find_backend
-from flockesc_env.models.sweep import FLOCK_RANGES
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.scenario import GivenHeadings, GivenPositions
 from flockesc_env.taskset.fitting import check_fits
@@ -66,8 +65,8 @@ def test_losses_replay_bit_for_bit(file: str, name: str, task: str) -> None:
 def test_the_best_fixed_range_is_that_of_tuning_flocks(tmp_path: Path) -> None:
     one, runner = HEADLINES["one-range"], Runner(Cache(tmp_path), find_backend("serial"))
     table = losses.play([one], {"small": SCENARIO}, 6, 1.0, runner)
-    tuned = fe.sweep(SCENARIO, FLOCK_RANGES, TUNING[:12]).min_mean_distance.mean(axis=1)
-    assert set(table["interaction_range"]) == {FLOCK_RANGES[int(tuned.argmax())]}
+    tuned = fe.sweep(SCENARIO, SCENARIO.search_ranges, TUNING[:12]).min_mean_distance.mean(axis=1)
+    assert set(table["interaction_range"]) == {SCENARIO.search_ranges[int(tuned.argmax())]}
     played = play(one.content, SCENARIO, one.task.spec.name, HELD_OUT[:6])["objective"]
     assert table["objective"].to_list() == played.tolist()
     fixed = fe.sweep(SCENARIO, table["interaction_range"][:1], HELD_OUT[:6]).min_mean_distance[0]

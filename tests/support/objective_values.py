@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
+from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES
 
 VALUES: dict[str, Callable[[np.ndarray, int], float]] = {
     "min_mean_distance": lambda distances, _: float(distances.mean()),

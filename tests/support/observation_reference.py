@@ -8,8 +8,8 @@ from objective_values import VALUES
 from reference import Floats, FlockState, unit
 
 from flockesc_env import EnvOptions, FlockScenario
-from flockesc_env.episodes.objectives import FLOCK_OBJECTIVES
 from flockesc_env.scenario import Learned
+from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES
 
 HALF_COUNT = 8
 

@@ -11,9 +11,9 @@ import pytest
 from covertable import make
 
 import flockesc_env as fe
-from flockesc_env.episodes.objectives import Objective
-from flockesc_env.episodes.options import ActionMode, IndividualReward, LineReward, TeamReward
 from flockesc_env.scenario import ConstantVelocity, Intercept, PurePursuit, Uniform, Voronoi
+from flockesc_env.scenario.objectives import Objective
+from flockesc_env.scenario.options import ActionMode, IndividualReward, LineReward, TeamReward
 from flockesc_env.scenario.predators import PrescribedPath, Start
 
 # Read from the schema, so that a new variant is tested without a change here.

@@ -12,10 +12,10 @@ import pytest
 
 import flockesc_env
 from flockesc_env import FlockScenario, InputError, LineScenario, load_policy, simulate, sweep
-from flockesc_env.episodes.options import EnvOptions, LineOptions
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import NAMES, BasePolicy, FixedRange, RandomRange, ScheduledRange, StubbornLeaders
 from flockesc_env.policies.registry import as_policy
+from flockesc_env.scenario.options import EnvOptions, LineOptions
 from flockesc_env.taskset import fitting
 from flockesc_env.taskset.comparison import grid_of
 from flockesc_env.taskset.definition import VERSION

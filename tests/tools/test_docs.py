@@ -16,9 +16,9 @@ import pytest
 from option_table import IDS
 
 import flockesc_env as fe
-from flockesc_env.episodes.objectives import OBJECTIVES
-from flockesc_env.episodes.options import IndividualReward, TeamReward
 from flockesc_env.policies import NAMES
+from flockesc_env.scenario.objectives import OBJECTIVES
+from flockesc_env.scenario.options import IndividualReward, TeamReward
 
 ROOT = Path(__file__).parents[2]
 README = (ROOT / "README.md").read_text("utf-8")

@@ -21,11 +21,11 @@ from flockesc_env.common.array_files import read_document
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.batch import FlockBatch
-from flockesc_env.episodes.options import EnvOptions, View, to_plain
 from flockesc_env.episodes.starts import as_start
 from flockesc_env.models.graph import component_labels, neighbor_pairs
 from flockesc_env.policies.network import Architecture
 from flockesc_env.scenario import PrescribedPath, Topological
+from flockesc_env.scenario.options import EnvOptions, to_plain
 
 ROOT = Path(__file__).parents[2]
 ENGINE = ROOT / "flockesc_env" / "watch" / "engine"
@@ -60,7 +60,7 @@ def play(batch: FlockBatch, start: dict[str, Any] | None = None) -> tuple[Case, 
     case: Case = {
         "kind": "episode",
         "scenario": batch.scenario.to_json(),
-        "options": batch.options.to_core(batch.policy_spec.view),
+        "options": batch.options.to_core(per_agent=batch.policy_spec.per_agent),
         "seed": str(SEED),
         "start": None if arrays[0] is None else [array.ravel().tolist() for array in arrays],
         "actions": [],
@@ -106,19 +106,23 @@ def flocks() -> dict[str, fe.FlockScenario]:
     return found
 
 
-VIEWS: list[tuple[View, dict[str, Any]]] = [
-    (View.FLOCK, {}),
-    (View.AGENT, {"reward": "individual_distance_change"}),
-    (View.AGENT, {"reward": "difference", "steps_per_action": 3}),  # plays a copy for every agent
+VIEWS: list[tuple[bool, dict[str, Any]]] = [
+    (False, {}),
+    (True, {"reward": "individual_distance_change"}),
+    (True, {"reward": "difference", "steps_per_action": 3}),  # plays a copy for every agent
 ]
 
 
 def test_flocks_of_both_views_have_the_same_bits() -> None:
     """Presets and large flocks in the agents' view alone."""
     played = [
-        play(FlockBatch(scenario, EnvOptions(action_mode="range", max_range=100.0, **extra), view=view))
+        play(
+            FlockBatch(
+                scenario, EnvOptions(action_mode="range", max_range=100.0, **extra), per_agent=per_agent
+            )
+        )
         for name, scenario in flocks().items()
-        for view, extra in (VIEWS[1:2] if name in fe.PRESETS or scenario.num_agents > 100 else VIEWS)
+        for per_agent, extra in (VIEWS[1:2] if name in fe.PRESETS or scenario.num_agents > 100 else VIEWS)
     ]
     for dimension in (2, 3):
         batch = FlockBatch(
@@ -141,11 +145,11 @@ def network_case(
 ) -> tuple[Case, list[Any]]:
     """Return an episode under a network as a case, and its result in the native core."""
     played = fe.rollout(scenario, policy, [SEED], per_agent=header["per_agent"], **options)
-    chosen, view = EnvOptions(**options), View.of(header["per_agent"])
+    chosen = EnvOptions(**options)
     case = {
         "kind": "network",
         "scenario": scenario.to_json(),
-        "options": chosen.to_core(view),
+        "options": chosen.to_core(per_agent=header["per_agent"]),
         "seed": SEED,
         "header": json.dumps(header),
         "parameters": policy.parameters.tolist(),
@@ -188,7 +192,7 @@ def test_stored_networks_set_the_same_ranges_on_a_flock_with_other_options() -> 
             short = stored.scenario.replace(num_steps=ACTIONS)
             case, outcome = network_case(short, stored, header, **stored.options)
             objective = EnvOptions(**stored.options).objective
-            options = EnvOptions(objective=objective, steps_per_action=1).to_core(View.AGENT)
+            options = EnvOptions(objective=objective, steps_per_action=1).to_core(per_agent=True)
             played.append(({**case, "kind": "observed", "options": options}, outcome))
     assert len(played) > 9
     assert_equal_in_node(played)

@@ -44,5 +44,5 @@ pub use network::{
 pub use observation::{ExtraEntries, View, flock_entries, predator_entries};
 pub use parallel::Progress;
 pub use predator::*;
-pub use reward::{Objective, ObjectiveSpec, Reward, objectives};
+pub use reward::{Objective, Reward};
 pub use sweep::{FlockOutcome, LineOutcome, scan_flock, sweep_flock, sweep_line};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use flockesc_core::{Episode, Metrics, Objective, objectives};
+use flockesc_core::{Episode, Metrics, Objective};
 use nalgebra::SVector;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
@@ -30,9 +30,8 @@ impl Measured {
 fn fields(py: Python<'_>) -> &'static [(Py<PyString>, usize)] {
     static FIELDS: PyOnceLock<Vec<(Py<PyString>, usize)>> = PyOnceLock::new();
     FIELDS.get_or_init(py, || {
-        let flock = || objectives().take(Objective::COUNT);
-        let now = flock().map(|objective| objective.series);
-        let minima = flock().map(|objective| objective.name);
+        let now = Objective::ALL.iter().map(|objective| objective.series());
+        let minima = Objective::ALL.iter().map(|objective| objective.name());
         let names = now.chain(minima).chain(["polarization"]).zip(0..);
         // A value that never rises has one name for both.
         let places: BTreeMap<&str, usize> = names.collect();

@@ -34,7 +34,7 @@ mod _core {
     use crate::models::{
         check_flock_scenario, check_line_scenario, check_memory, default_flock_scenario,
         default_line_scenario, drawn_flock_scenario, episode_seed, kinds, line_observation_entries,
-        objectives, observation_entries, predator_observation_entries, scan_flock, simulate_flock,
+        observation_entries, predator_observation_entries, scan_flock, simulate_flock,
         simulate_line, sweep_flock, sweep_line,
     };
     #[pymodule_export]

@@ -55,13 +55,6 @@ pub(crate) fn kinds() -> BTreeMap<&'static str, Vec<&'static str>> {
         .collect()
 }
 
-/// Returns the table of objectives as JSON documents: those of the flock, then that of the line.
-#[pyfunction]
-pub(crate) fn objectives() -> Vec<String> {
-    let rows = flockesc_core::objectives();
-    rows.map(|objective| objective.to_json()).collect()
-}
-
 /// Raises `MemoryError` if the system does not grant this many bytes.
 #[pyfunction]
 pub(crate) fn check_memory(field: &str, num_bytes: u128) -> Result<(), CoreError> {
@@ -157,12 +150,9 @@ pub(crate) fn sweep_flock<'py>(
         flockesc_core::sweep_flock(&config, &ranges, &seeds, num_threads, progress)
     })?;
     let dict = PyDict::new(py);
-    for (index, objective) in flockesc_core::objectives()
-        .take(Objective::COUNT)
-        .enumerate()
-    {
+    for (index, objective) in Objective::ALL.iter().enumerate() {
         let values = grid(py, &cells, shape, |cell| cell.objectives[index])?;
-        dict.set_item(objective.name, values)?;
+        dict.set_item(objective.name(), values)?;
     }
     let components = grid(py, &cells, shape, |cell| cell.num_components as i64)?;
     dict.set_item("num_components", components)?;

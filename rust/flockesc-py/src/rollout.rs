@@ -5,7 +5,7 @@ use std::sync::Arc;
 use flockesc_core::bindings::{self, work};
 use flockesc_core::{
     Architecture, Entry, EpisodeOutcome, Head, LineConfig, LineEpisodeConfig, LineEpisodeOutcome,
-    NetworkRanges, Networks, Objective, line_entries, objectives,
+    NetworkRanges, Networks, Objective, line_entries,
 };
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -96,9 +96,9 @@ pub(crate) fn log1p<'py>(
 /// Returns one array per outcome, with one entry per flock.
 pub(crate) fn outcome_columns<'py>(py: Python<'py>, outcomes: &[EpisodeOutcome]) -> Dict<'py> {
     let dict = PyDict::new(py);
-    for (index, objective) in objectives().take(Objective::COUNT).enumerate() {
+    for (index, objective) in Objective::ALL.iter().enumerate() {
         let minimum = |flock: &EpisodeOutcome| flock.metrics.objectives[index].minimum;
-        dict.set_item(objective.name, column(py, outcomes, minimum))?;
+        dict.set_item(objective.name(), column(py, outcomes, minimum))?;
     }
     let count =
         |count: fn(&EpisodeOutcome) -> usize| column(py, outcomes, |flock| count(flock) as i64);

@@ -6,7 +6,7 @@ mod step;
 use serde::{Deserialize, Serialize};
 use strum::VariantArray as _;
 
-pub use objective::{Objective, ObjectiveSpec, objectives};
+pub use objective::Objective;
 pub(crate) use step::{ActionContext, StepContext};
 
 /// The reward term of an episode. Team terms give every agent the same reward.

@@ -5,18 +5,15 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
-from collections.abc import Mapping, Sequence
+from abc import abstractmethod
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Any, Literal, Self, TypedDict, get_args
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats, as_vector
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.objectives import Objective
-from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.parts import Topological
+from flockesc_env.scenario.objectives import Objective
 
 ActionMode = Literal["normalized", "range", "discrete"]
 TeamReward = Literal["team", "distance", "terminal"]
@@ -31,28 +28,14 @@ LineReward = Literal["change", "terminal"]
 ExtraEntries = Literal["escape_direction", "closest_approach"]
 
 
-class View(StrEnum):
-    """What one range and one observation row belong to: the whole flock, or an agent. Names of the core."""
-
-    FLOCK = "flock"
-    AGENT = "agent"
-
-    @classmethod
-    def of(cls, per_agent: bool) -> View:
-        """Return the view that the argument ``per_agent`` of a public function stands for."""
-        return cls.AGENT if as_flag(per_agent, "per_agent") else cls.FLOCK
-
-    @property
-    def is_per_agent(self) -> bool:
-        """Whether there is one row and one range per agent."""
-        return self is View.AGENT
-
-
 PROFILE_RANGES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
 """Candidate ranges in m that suit the paper's flock, for the option ``profile_ranges``."""
 
 UNOBSERVED = ("reward", "count_components")
 """Options that change neither observations nor actions."""
+
+VIEWS = {False: "flock", True: "agent"}
+"""What a range and an observation row belong to, by ``per_agent``: names of the core."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,18 +63,32 @@ class ActionOptions:
     def __post_init__(self) -> None:
         as_choice(self.action_mode, "action_mode", get_args(ActionMode))
         grid = self.range_grid
-        vars(self).update(
-            min_range=float(as_floats(self.min_range, "min_range", ())),
-            max_range=float(as_floats(self.max_range, "max_range", ())),
-            range_grid=None if grid is None else tuple(as_vector(grid, "range_grid").tolist()),
-            steps_per_action=as_count(self.steps_per_action, "steps_per_action"),
-        )
+        object.__setattr__(self, "min_range", float(as_floats(self.min_range, "min_range", ())))
+        object.__setattr__(self, "max_range", float(as_floats(self.max_range, "max_range", ())))
+        if grid is not None:
+            object.__setattr__(self, "range_grid", tuple(as_vector(grid, "range_grid").tolist()))
+        object.__setattr__(self, "steps_per_action", as_count(self.steps_per_action, "steps_per_action"))
         self.range_map()  # raises if one is out of bounds
+
+    @classmethod
+    def among(cls, arguments: Mapping[str, Any]) -> Self:
+        """Return the options among keyword arguments of an environment; the others are ignored."""
+        names = [field.name for field in dataclasses.fields(cls) if field.name in arguments]
+        return cls(**{name: arguments[name] for name in names})
 
     def range_map(self) -> _core.RangeMap:
         """Return the maps between actions and ranges in the compiled core."""
         names = [field.name for field in dataclasses.fields(ActionOptions)]
         return _core.RangeMap(json.dumps({name: getattr(self, name) for name in names}))
+
+    @abstractmethod
+    def to_core(self, *, per_agent: bool = False) -> str:
+        """Return the options as JSON, for the compiled core."""
+
+    @property
+    def candidates(self) -> tuple[float, ...]:
+        """Candidate ranges of the observation; empty without a profile."""
+        return ()
 
     def replace(self, **changes: Any) -> Self:
         """Return a copy with some options changed and checked."""
@@ -153,19 +150,23 @@ class EnvOptions(ActionOptions):
             raise InputError("extra_entries", expected, shown(entries))
         for index, name in enumerate(entries):
             as_choice(name, f"extra_entries[{index}]", get_args(ExtraEntries))
-        vars(self).update(
-            predator_sensing_range=sensing,
-            count_components=as_flag(self.count_components, "count_components"),
-            profile_ranges=None if ranges is None else tuple(as_vector(ranges, "profile_ranges").tolist()),
-            extra_entries=tuple(entries),
-        )
-        _core.observation_entries(self.to_core(View.AGENT), 2)  # raises if one is out of bounds
+        object.__setattr__(self, "predator_sensing_range", sensing)
+        object.__setattr__(self, "count_components", as_flag(self.count_components, "count_components"))
+        if ranges is not None:
+            object.__setattr__(self, "profile_ranges", tuple(as_vector(ranges, "profile_ranges").tolist()))
+        object.__setattr__(self, "extra_entries", tuple(entries))
+        _core.observation_entries(self.to_core(per_agent=True), 2)  # raises if one is out of bounds
 
-    def to_core(self, view: View) -> str:
+    @property
+    def candidates(self) -> tuple[float, ...]:
+        """The entries of ``profile_ranges``."""
+        return tuple(self.profile_ranges or ())
+
+    def to_core(self, *, per_agent: bool = False) -> str:
         """Return the options as JSON, for the compiled core."""
         names = ("objective", "reward", "max_range", "predator_sensing_range", "steps_per_action")
         document = {name: getattr(self, name) for name in (*names, "extra_entries")}
-        document |= {"view": view, "profile_ranges": self.profile_ranges or ()}
+        document |= {"view": VIEWS[per_agent], "profile_ranges": self.profile_ranges or ()}
         return json.dumps(to_plain(document))
 
 
@@ -191,7 +192,7 @@ class LineOptions(ActionOptions):
         super().__post_init__()
         as_choice(self.reward, "reward", get_args(LineReward))
 
-    def to_core(self) -> str:
+    def to_core(self, *, per_agent: bool = False) -> str:  # noqa: ARG002, agents of a line share one range
         """Return the options as JSON, for the compiled core."""
         names = ("reward", "max_range", "steps_per_action")
         return json.dumps({name: getattr(self, name) for name in names})
@@ -229,27 +230,14 @@ class LineOptionsDict(ActionOptionsDict, total=False):
     reward: LineReward
 
 
-def options_in(
-    scenario: FlockScenario | LineScenario, given: Mapping[str, Any], known: type | None = None
-) -> Any:
-    """Return the ``EnvOptions`` or ``LineOptions`` of an environment with this scenario.
+def check_names(scenario: Any, given: Iterable[str], known: type) -> None:
+    """Refuse keyword arguments of an environment that are not in a ``TypedDict`` of all that it accepts.
 
-    A topological rule requires ``max_range``. Keyword arguments that are not options are ignored if they are
-    in the ``TypedDict`` of all that the caller accepts, ``known``. The error for an unknown name suggests the
-    most similar one.
+    The error for an unknown name suggests the most similar one.
     """
-    is_line = isinstance(scenario, LineScenario)
-    options: type[ActionOptions] = LineOptions if is_line else EnvOptions
-    names = (known or (LineOptionsDict if is_line else EnvOptionsDict)).__annotations__
+    names = known.__annotations__
     for name in (name for name in given if name not in names):
         if name in {field.name for field in dataclasses.fields(scenario)}:
             hint = f"a field of the scenario; pass scenario={type(scenario).__name__}({name}=...)"
             raise InputError(name, "an option of the environment", hint)
         as_choice(name, name, names)
-    is_topological = isinstance(scenario, FlockScenario) and isinstance(scenario.neighbor_rule, Topological)
-    if is_topological and "max_range" not in given:
-        expected = "the largest number of neighbors, required by a topological rule"
-        raise InputError("max_range", expected, "none")
-    return options(
-        **{each.name: given[each.name] for each in dataclasses.fields(options) if each.name in given}
-    )

@@ -1,37 +1,15 @@
-"""The table of objectives: what an episode maximizes, with the symbol, unit and columns of each objective."""
+"""The tables of objectives: what an episode maximizes, with the symbol, unit and columns of each one."""
 
 from __future__ import annotations
 
-import json
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, Final, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
-from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray
-from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.line import LineScenario
 
 Objective = Literal["min_mean_distance", "min_min_distance", "fraction_surviving"]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class FlockOutcomes:
-    """Base class of results of runs of flocks: their seeds and every objective.
-
-    Attributes:
-        seeds: the seeds, shape (seeds,).
-        min_mean_distance: J_mean, the minimum over time of the mean predator distance, in m (Eq. 12).
-        min_min_distance: J_min, the minimum over time of the minimum predator distance, in m (Eq. 13).
-        fraction_surviving: share of agents that are not caught at the end.
-    """
-
-    seeds: NDArray[np.uint64]
-    min_mean_distance: FloatArray
-    min_min_distance: FloatArray
-    fraction_surviving: FloatArray
 
 
 @dataclass(frozen=True)
@@ -81,12 +59,58 @@ class ObjectiveSpec:
         values: FloatArray = getattr(results, self.name)
         return values
 
-    def is_defined_in(self, scenario: FlockScenario | LineScenario) -> bool:
+    def is_defined_in(self, scenario: object) -> bool:
         """Return whether the scenario has the field that the objective requires."""
         return getattr(scenario, self.requires) not in (None, ())
 
 
-OBJECTIVES: Final = tuple(ObjectiveSpec(**json.loads(row)) for row in _core.objectives())
-FLOCK_OBJECTIVES: Final = {spec.name: spec for spec in OBJECTIVES if spec.model == "flock"}
-LINE_OBJECTIVES: Final = {spec.name: spec for spec in OBJECTIVES if spec.model == "line"}
-"""Objectives of each model by name; the first one is the default."""
+def _by_name(*specs: ObjectiveSpec) -> Mapping[str, ObjectiveSpec]:
+    return MappingProxyType({spec.name: spec for spec in specs})
+
+
+FLOCK_OBJECTIVES: Final = _by_name(
+    ObjectiveSpec(
+        name="min_mean_distance",
+        model="flock",
+        symbol="J_mean",
+        label="mean predator distance",
+        definition="minimum over time of the mean predator distance (Eq. 12)",
+        unit="m",
+        series="mean_distance",
+        requires="predators",
+    ),
+    ObjectiveSpec(
+        name="min_min_distance",
+        model="flock",
+        symbol="J_min",
+        label="minimum predator distance",
+        definition="minimum over time of the minimum predator distance (Eq. 13)",
+        unit="m",
+        series="min_distance",
+        requires="predators",
+    ),
+    ObjectiveSpec(
+        name="fraction_surviving",
+        model="flock",
+        symbol="J_survival",
+        label="fraction surviving",
+        definition="fraction of the agents that are not caught",
+        unit="",
+        series="fraction_surviving",
+        requires="capture_radius",
+    ),
+)
+LINE_OBJECTIVES: Final = _by_name(
+    ObjectiveSpec(
+        name="escape_distance",
+        model="line",
+        symbol="d_ss",
+        label="escape distance",
+        definition="distance between the predator and the nearest agent at the end",
+        unit="",
+        series="escape_distance",
+        requires="predator_position",
+    )
+)
+"""Objectives of each model by name, in the order of the core; the first one is the default."""
+OBJECTIVES: Final = (*FLOCK_OBJECTIVES.values(), *LINE_OBJECTIVES.values())
