@@ -14,10 +14,11 @@ from flockesc_env.cli.flags import NUMBERS
 from flockesc_env.cli.output import prepare_terminal, show, table
 from flockesc_env.common.files import write_text
 from speed import flocks, instructions, page, peers, plots
-from speed.environments import environments, own_parts
+from speed.environments import environments
 from speed.frameworks import frameworks
 from speed.line import line
 from speed.measure import Comparison, Measurements, machine, measure
+from speed.own_parts import own_parts
 
 Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "floor", "own-parts"]
 _DEFAULT = get_args(Section)[:-1]

@@ -39,9 +39,9 @@ _LONG = 1.0
 _REPETITIONS, _FEW_REPETITIONS = 5, 3
 
 _PACKAGES = {
-    "flockesc-env", "gymnasium", "jax", "mpe2", "numba", "numpy", "pettingzoo", "scipy", "stable-baselines3",
-    "torch", "vmas",
-}  # fmt: skip
+    *("flockesc-env", "gymnasium", "jax", "mpe2", "numba", "numpy", "pettingzoo", "scipy"),
+    *("stable-baselines3", "torch", "vmas"),
+}
 _FLAGS = ("sse2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512vl", "avx512bw")
 
 

@@ -19,9 +19,10 @@ ROW = 0.235
 """Height of a row of a forest plot in inches."""
 
 LABELS = (
-    "#3073a5", "#ddb66a", "#934b63", "#7ed3a6", "#6b571f", "#cba553", "#55b8e2", "#6bc08e", "#b69be6", "#a1b564",
-    "#88aaf1", "#40c1bd", "#d790c5", "#93892f", "#498cc4", "#1f9b82", "#a270b1", "#639654", "#7c7dc6", "#0097ab",
-)  # fmt: skip
+    *("#3073a5", "#ddb66a", "#934b63", "#7ed3a6", "#6b571f"),
+    *("#cba553", "#55b8e2", "#6bc08e", "#b69be6", "#a1b564", "#88aaf1", "#40c1bd", "#d790c5"),
+    *("#93892f", "#498cc4", "#1f9b82", "#a270b1", "#639654", "#7c7dc6", "#0097ab"),
+)
 """Colors of components, which repeat after 20. They are muted, so that no component looks like a predator."""
 
 
@@ -40,10 +41,10 @@ def component_colors(labels: NDArray[np.int64]) -> list[Any]:
     """Return a color per agent: the larger its component, the earlier in the palette; gray if alone."""
     names, sizes = np.unique(labels, return_counts=True)
     order = np.argsort(-sizes, kind="stable")
-    color = {}
-    for rank, index in enumerate(order):
-        is_alone = sizes[index] == 1
-        color[int(names[index])] = LIGHT.alone if is_alone else LABELS[rank % len(LABELS)]
+    color = {
+        int(names[index]): LABELS[rank % len(LABELS)] if sizes[index] > 1 else LIGHT.alone
+        for rank, index in enumerate(order)
+    }
     return [color[int(label)] for label in labels]
 
 
