@@ -18,12 +18,10 @@ pub use initial_state::InitialState;
 pub use metrics::PredatorDistance;
 pub use motion::*;
 pub use randomization::Distribution;
-pub use run::Run;
+pub use run::{Run, check_predator_actions, check_ranges};
+pub(crate) use run::{flock_bytes, probe_flocks};
 pub use scenario::FlockConfig;
-pub use simulate::{
-    COLUMNS, Schedule, Trajectory, check_predator_actions, check_ranges, simulate_flock,
-};
-pub(crate) use simulate::{flock_bytes, probe_flocks};
+pub use simulate::{COLUMNS, Schedule, Trajectory, simulate_flock};
 pub(crate) use summary::{HALF_COUNT, Summary};
 pub use world::World;
 pub(crate) use world::WorldState;

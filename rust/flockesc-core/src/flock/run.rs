@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use super::initial_state::InitialState;
 use super::scenario::FlockConfig;
-use super::simulate::{check_predator_actions, probe_flocks};
 use super::world::{World, WorldState};
 use crate::agents::is_large;
-use crate::base::check::{coordinates, rounding};
-use crate::base::error::Result;
+use crate::base::check::{clipped, coordinates, rounding};
+use crate::base::error::{Error, Result};
+use crate::base::memory;
 use crate::neighbor::Ranges;
 use crate::parallel::{self, Progress};
 use crate::snapshot::{Fingerprint, decode, encode};
@@ -143,4 +143,67 @@ impl<const D: usize> Run<D> {
 
 fn check_vectors<const D: usize>(field: &str, vectors: &[f64]) -> Result<()> {
     coordinates(vectors, |at| format!("{field}[{}, {}]", at / D, at % D))
+}
+
+/// Checks that all ranges are finite and at least 0.
+///
+/// # Errors
+/// [`Error::Input`] naming the first entry of `field` that is not.
+pub fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
+    let is_valid = |range: &f64| (*range >= 0.0) & (*range <= f64::MAX);
+    // Without a branch per range this is vectorized.
+    if ranges.iter().fold(true, |all, range| all & is_valid(range)) {
+        return Ok(());
+    }
+    match ranges.iter().position(|range| !is_valid(range)) {
+        Some(at) => Err(Error::input(
+            format!("{field}[{at}]"),
+            "a finite number of at least 0",
+            ranges[at],
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Checks the actions of learned predators: `count` entries or none, each in [-1, 1] up to rounding in float32.
+///
+/// # Errors
+/// [`Error::Input`] naming the wrong length or the first entry out of bounds.
+pub fn check_predator_actions(actions: &[f64], count: usize) -> Result<()> {
+    if !actions.is_empty() && actions.len() != count {
+        let (expected, given) = (
+            format!("{count} entries"),
+            format!("{} entries", actions.len()),
+        );
+        return Err(Error::input("predator_actions", expected, given));
+    }
+    match actions.iter().position(|c| clipped(*c, -1.0, 1.0).is_nan()) {
+        Some(at) => Err(Error::input(
+            format!("predator_actions[{at}]"),
+            "a number from -1 to 1",
+            actions[at],
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Memory in bytes of a flock without its agents, rounded: one group of agents and the buffers of its slot.
+const FLOCK_BYTES: usize = 1 << 14;
+
+/// Memory in bytes of an agent in a large flock, rounded: its columns, sums and neighbor candidates.
+const AGENT_BYTES: usize = 1 << 10;
+
+/// Returns the approximate memory in bytes of a flock, with its delayed forces and without a frozen graph.
+pub(crate) fn flock_bytes(config: &FlockConfig) -> usize {
+    let past = config.sensing_delay.min(config.num_steps);
+    let delayed = past.saturating_mul(config.dimension * size_of::<f64>());
+    let agents = config
+        .num_agents
+        .saturating_mul(AGENT_BYTES.saturating_add(delayed));
+    FLOCK_BYTES.saturating_add(agents)
+}
+
+/// Asks the system for the memory of this many flocks; see [`memory::probe`].
+pub(crate) fn probe_flocks(config: &FlockConfig, num_flocks: usize) -> Result<()> {
+    memory::probe::<u8>("num_agents", num_flocks.saturating_mul(flock_bytes(config)))
 }
