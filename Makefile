@@ -43,7 +43,7 @@ core: $(UV)
 demo: build ## train a range policy and compare it with the best fixed range (about 2 minutes on 2 cores, after the build)
 	rm -rf $(DEMO)
 	$(BIN)/python -m training train per-agent-visible --learner ppo --run $(DEMO)
-	$(BIN)/python -m training compare stubborn-leaders $(DEMO) --task per-agent-visible \
+	$(BIN)/python -m training figures stubborn-leaders $(DEMO) --task per-agent-visible \
 	  --output $(DEMO)/comparison
 
 speed paper robustness findings validation arms-race: PROFILE := release
@@ -138,7 +138,7 @@ RELEASES := oldest newest
 PEERS := bare benchmarl rl_zoo3 rllib supersuit torchrl
 ENVIRONMENTS := $(RELEASES) $(PEERS)
 NEWEST_PYTHON ?= $(PYTHON)
-CONTRACT := envs/test_{conformance,gymnasium,pettingzoo,sb3,states,vector_env}.py model/test_golden.py \
+CONTRACT := envs/test_{conformance,gymnasium,sb3,states,vector_env}.py model/test_golden.py \
   policies/test_policy_files.py tools/test_{docs,records}.py
 WITHOUT_RUST := env -i HOME=$(HOME) PATH=/usr/bin:/bin
 

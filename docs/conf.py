@@ -47,7 +47,7 @@ ONLINE = {
 if os.environ.get("DOCS_ONLINE"):
     intersphinx_mapping = {name: (url, None) for name, url in ONLINE.items()}
 nitpicky = True
-INTERNAL = "ObsType|FlockBatch|LineEpisode|Outcome|ActionOptions|OptionsDict|Estimate|TaskDefinition"
+INTERNAL = "ObsType|FlockBatch|LineEpisode|Outcome|ActionOptions|OptionsDict|Estimate"
 nitpick_ignore_regex = [("py:.*", r"(?!flockesc_env\b).*"), ("py:.*", rf"flockesc_env\..*({INTERNAL})")]
 
 html_theme = "furo"

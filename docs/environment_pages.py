@@ -30,7 +30,7 @@ VIEWS = ("Flock view", "Agent view", "Predator view", "Line view")
 
 REWARD_HEADS = ["reward", "for", "reward of step t", "sum over an episode"]
 
-PICTURE = {"render_mode": "rgb_array", "render_options": fe.RenderOptions(size=640)}
+PICTURE = {"render_mode": "rgb_array", "render_size": 640}
 PICTURE_STEPS = 50
 
 

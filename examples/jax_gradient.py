@@ -23,7 +23,7 @@ from flockesc_env.jax import FlockState, rollout, start
 from flockesc_env.policies import Architecture
 
 TASK = tasks["per-agent-visible"]
-NETWORK = Architecture(TASK.policy_spec().layout.names, hidden=(8,), squash="tanh")
+NETWORK = Architecture(TASK.policy_spec.layout.names, hidden=(8,), squash="tanh")
 SOFTNESS = 1.0  # in m
 LEARNING_RATE = 0.03
 

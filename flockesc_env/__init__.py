@@ -3,7 +3,8 @@
 - Tasks: ``tasks["one-range"]`` and others; each is a registered id, such as ``flockesc/one-range-v1``.
 - Environments: ``gymnasium.make`` and ``make_vec``, ``parallel_env`` and ``flockesc_v1`` (PettingZoo),
   ``sb3.vec_env`` (stable-baselines3).
-- Policies: ``load_policy`` returns a rule, a trained policy or a file; ``rollout`` plays one on many flocks.
+- Policies: ``load_policy`` returns a rule, a trained policy or a file; ``rollout`` plays one on many flocks;
+  ``compare`` plays several and the best fixed range.
 - Models: ``simulate``, ``sweep`` and ``scan`` of a ``FlockScenario``, a ``LineScenario`` or a preset.
 - Modules: ``scenario`` (initial states, predators, neighbor rules, laws of motion, distributions), ``models``
   (graphs, order), ``policies``, ``sb3``, ``torchrl``, ``benchmarl``, ``jax``, ``jobs`` and ``render``.
@@ -14,11 +15,11 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 from flockesc_env._core import __version__
 from flockesc_env.common.errors import FlockescError, InputError, ResetNeededError
-from flockesc_env.registration import register as _register
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.options import EnvOptions, LineOptions
 from flockesc_env.scenario.presets import PRESETS
+from flockesc_env.taskset.registration import register as _register
 
 if _TYPE_CHECKING:
     from flockesc_env.envs.gymnasium import FlockEscapeEnv, PredatorEnv
@@ -30,12 +31,13 @@ if _TYPE_CHECKING:
     from flockesc_env.models.simulate import simulate_line
     from flockesc_env.models.sweep import sweep
     from flockesc_env.policies.base import Policy
+    from flockesc_env.policies.compare import compare
     from flockesc_env.policies.network import NetworkPolicy
     from flockesc_env.policies.registry import load_policy, save_policy
-    from flockesc_env.policies.rollout import rollout, simulate
+    from flockesc_env.policies.rollout import rollout
     from flockesc_env.policies.rules import FixedRange, ScheduledRange, StubbornLeaders
     from flockesc_env.policies.sb3 import SB3Policy
-    from flockesc_env.render import RenderOptions
+    from flockesc_env.policies.simulate import simulate
     from flockesc_env.taskset.task import tasks
 
 __all__ = [
@@ -52,12 +54,12 @@ __all__ = [
     "NetworkPolicy",
     "Policy",
     "PredatorEnv",
-    "RenderOptions",
     "ResetNeededError",
     "SB3Policy",
     "ScheduledRange",
     "StubbornLeaders",
     "__version__",
+    "compare",
     "episode_seed",
     "load_policy",
     "load_run",
@@ -83,12 +85,13 @@ _LATER = {
     "models.simulate": ("simulate_line",),
     "models.sweep": ("sweep",),
     "policies.base": ("Policy",),
+    "policies.compare": ("compare",),
     "policies.network": ("NetworkPolicy",),
     "policies.registry": ("load_policy", "save_policy"),
-    "policies.rollout": ("rollout", "simulate"),
+    "policies.rollout": ("rollout",),
     "policies.rules": ("FixedRange", "ScheduledRange", "StubbornLeaders"),
     "policies.sb3": ("SB3Policy",),
-    "render": ("RenderOptions",),
+    "policies.simulate": ("simulate",),
     "taskset.task": ("tasks",),
 }
 """Names that are imported at their first use, because to import all takes 0.1 s."""

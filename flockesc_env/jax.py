@@ -10,13 +10,14 @@ the positions. All functions raise ``InputError`` for arguments and scenarios th
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields
 from functools import partial
 from typing import Any, NamedTuple, Unpack
 
 from flockesc_env.common.checks import as_choice, as_flag, as_floats
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import require
-from flockesc_env.models.simulate import run_flock
+from flockesc_env.models.flock import Flock
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.options import EnvOptionsDict
 from flockesc_env.scenario.predators import ConstantVelocity, Predator, PurePursuit
@@ -61,8 +62,8 @@ def init(scenario: _Scenario, positions: Any, velocities: Any) -> FlockState:
 
 def start(scenario: _Scenario, seed: int) -> FlockState:
     """Return the state at t = 0 of a seed, which ``simulate`` starts from; call it outside of ``jit``."""
-    run = run_flock(_supported(scenario).replace(num_steps=1), 0.0, seed=seed)
-    return init(scenario, run.positions[0], run.velocities[0])
+    flock = Flock(_supported(scenario), seed=seed)
+    return init(scenario, flock.positions, flock.velocities)
 
 
 def step(
@@ -177,7 +178,8 @@ def _supported(scenario: _Scenario) -> FlockScenario:
     for path, part in {"": model, **parts}.items():
         if path and not isinstance(part, ConstantVelocity | PurePursuit):
             raise InputError(path, "ConstantVelocity or PurePursuit in flockesc_env.jax", shown(part))
-        for name, default in vars(type(part)()).items():
+        usual = type(part)()
+        for name, default in {each.name: getattr(usual, each.name) for each in fields(usual)}.items():
             if name not in _SUPPORTED and getattr(part, name) != default:
                 field = f"{path}.{part.kind}.{name}" if path else name
                 raise InputError(field, f"{default!r} in flockesc_env.jax", shown(getattr(part, name)))
@@ -236,9 +238,11 @@ def _within(softness: float, straight_through: bool, limit: jax.Array, squares: 
 
 
 def _steered(predator: Predator, r_p: jax.Array, v_p: jax.Array, r: jax.Array, dt: float) -> jax.Array:
+    """Return a predator's next velocity in m/s, shape (2,); r_p has shape (2,), r (n, 2), in m."""
     if not isinstance(predator, PurePursuit):
         return v_p
     direction, speed = _unit(r[_norm(r - r_p[None]).argmin()] - r_p), _norm(v_p)
+    # At rest it turns at once; on its prey it keeps its heading; without ``max_speed`` it keeps its speed.
     heading = jnp.where(v_p.any(), _unit(v_p), direction)
     left = _left(heading)
     angle = jnp.arctan2(left @ direction, jnp.where(direction.any(), heading @ direction, 1))

@@ -21,12 +21,8 @@ class Replay:
     do not show pages show a picture instead, if Matplotlib is installed.
 
     Args:
-        runs: names and runs. Runs of the same flock compare best.
+        runs: names and runs, as for ``flockesc_env.watch.write_page``.
         height: height of the frame in pixels.
-
-    Raises:
-        InputError: if there are no runs, they cannot be shown side by side, or ``height`` is not a
-            positive integer.
     """
 
     def __init__(self, runs: Sequence[tuple[str, Trajectory]], *, height: int = 740) -> None:

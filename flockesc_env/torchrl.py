@@ -57,9 +57,6 @@ class FlockTorchRLEnv(ManyFlocks, EnvBase):
 
     Attributes:
         group_map: names of the agents of each group; empty with one range per flock.
-
-    Raises:
-        InputError: as ``FlockEscapeEnv``, and if scenarios of a list do not agree.
     """
 
     def __init__(

@@ -13,12 +13,10 @@ import tyro
 from flockesc_env.cli.flags import NUMBERS
 from flockesc_env.cli.output import prepare_terminal, show, table
 from flockesc_env.common.files import write_text
-from speed import flocks, instructions, page, peers, plots
-from speed.environments import environments
+from speed import instructions, models, page, peers
+from speed.environments import environments, own_parts
 from speed.frameworks import frameworks
-from speed.line import line
 from speed.measure import Comparison, Measurements, machine, measure
-from speed.own_parts import own_parts
 
 Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "floor", "own-parts"]
 _DEFAULT = get_args(Section)[:-1]
@@ -27,13 +25,13 @@ _FILE = "benchmarks.json"
 _REPEATED = ("kernel", "environments")  # measured again at the end of a run
 
 BENCHMARKS: dict[Section, Callable[..., Iterator[Comparison]]] = {
-    "kernel": flocks.kernel,
-    "size": flocks.size,
+    "kernel": models.kernel,
+    "size": models.size,
     "environments": environments,
-    "line": line,
-    "grid": flocks.grid,
-    "rules": flocks.rules,
-    "floor": flocks.floor,
+    "line": models.line,
+    "grid": models.grid,
+    "rules": models.rules,
+    "floor": models.floor,
     "own-parts": own_parts,
 }
 """Functions that take the peers, and ``quick`` for few and small cases, and yield what to measure."""
@@ -69,7 +67,7 @@ def run(only: tuple[Section, ...] = _DEFAULT, quick: bool = False, output: Path 
         for r in measurements.records
     ]
     show(*table(["section", "case", "implementation", "us", "per"], rows))
-    for path in plots.draw(measurements.records, output):
+    for path in page.draw(measurements.records, output):
         print("Figure:", path)
 
 
@@ -77,7 +75,7 @@ def run(only: tuple[Section, ...] = _DEFAULT, quick: bool = False, output: Path 
 def write_pages() -> None:
     """Draw the figures and write the tables of the report and the README from speed/results."""
     measurements = Measurements.read(_RESULTS / _FILE)
-    plots.draw(measurements.records, _RESULTS)
+    page.draw(measurements.records, _RESULTS)
     for path in (page.REPORT, page.README):
         write_text(path, page.rendered(path.read_text("utf-8"), measurements))
 

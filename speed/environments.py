@@ -1,18 +1,21 @@
 """Benchmark of environment steps: interfaces of this project, VMAS and MPE2.
 
+``own_parts`` measures the examples of docs/your-own-parts.md beside the same environments without them.
 One call is an episode of 240 steps with its reset, at a range of 10 m. For slow peers it is a few steps.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
 
-from flockesc_env import FlockScenario, NetworkPolicy, parallel_env, rollout
+from flockesc_env import FlockEscapeEnv, FlockScenario, NetworkPolicy, parallel_env, rollout
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import Architecture
 from flockesc_env.sb3 import vec_env
@@ -25,10 +28,10 @@ STEPS = 240
 
 ID = "flockesc_env:flockesc/FlockEscape-v1"
 _INPUTS = (
-    *("last_range", "neighbor_count", "heard_velocity_ahead", "heard_velocity_left", "predator_distance"),
-    *("predator_direction_ahead", "predator_direction_left"),
-    *("predator_velocity_ahead", "predator_velocity_left"),
-)
+    "last_range", "neighbor_count", "heard_velocity_ahead", "heard_velocity_left", "predator_distance",
+    "predator_direction_ahead", "predator_direction_left",
+    "predator_velocity_ahead", "predator_velocity_left",
+)  # fmt: skip
 
 
 def environments(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa: ARG001
@@ -43,27 +46,35 @@ def environments(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa
 
 
 def _own() -> Iterator[Candidate]:
-    one, many = np.full(1, RANGE, np.float32), np.full((FLOCKS, 1), RANGE, np.float32)
-    agents, slots = (np.full((n * AGENTS, 1), RANGE, np.float32) for n in (1, FLOCKS))
+    """Yield every interface of this project, with one range per flock or agent."""
     options: dict[str, Any] = {**EVERY_STEP, "action_mode": "range"}
     threads: dict[str, Any] = {"num_threads": 1, **options}
+    one, per_flock, agents, per_agent = (
+        np.full(shape, RANGE, np.float32) for shape in (1, (FLOCKS, 1), (AGENTS, 1), (FLOCKS * AGENTS, 1))
+    )
     env = gymnasium.make(ID, **options)
+    yield steps(f"{PROJECT}, Gymnasium", partial(env.reset, seed=0), lambda: env.step(one))
     vector = gymnasium.make_vec(ID, FLOCKS, "vector_entry_point", copy=False, **threads)
+    reset: Call = partial(vector.reset, seed=0)
+    yield steps(f"{PROJECT}, Gymnasium vector", reset, lambda: vector.step(per_flock), flocks=FLOCKS)
     vec = vec_env(num_flocks=FLOCKS, **threads)
-    per_agent = BatchVectorEnv(FLOCKS * AGENTS, per_agent=True, copy=False, **threads)
-    parallel, few = parallel_env(**options), parallel_env(infos="end", **options)
+
+    def reset_vec() -> None:
+        vec.seed(0)
+        vec.reset()
+
+    yield steps(f"{PROJECT}, stable-baselines3", reset_vec, lambda: vec.step(per_flock), flocks=FLOCKS)
+    slots = BatchVectorEnv(FLOCKS * AGENTS, per_agent=True, copy=False, **threads)
+    reset = partial(slots.reset, seed=0)
+    yield steps(f"{PROJECT}, a slot per agent", reset, lambda: slots.step(per_agent), flocks=FLOCKS)
+    parallel = parallel_env(**options)
     dicts = dict.fromkeys(parallel.possible_agents, one)
-    rows: dict[str, tuple[int, Call, Call]] = {
-        "Gymnasium": (1, partial(env.reset, seed=0), lambda: env.step(one)),
-        "Gymnasium vector": (FLOCKS, partial(vector.reset, seed=0), lambda: vector.step(many)),
-        "stable-baselines3": (FLOCKS, lambda: (vec.seed(0), vec.reset()), lambda: vec.step(many)),
-        "a slot per agent": (FLOCKS, partial(per_agent.reset, seed=0), lambda: per_agent.step(slots)),
-        "PettingZoo": (1, partial(parallel.reset, seed=0), lambda: parallel.step(dicts)),
-        "PettingZoo, arrays": (1, partial(parallel.reset_array, seed=0), lambda: parallel.step_array(agents)),
-        "PettingZoo, infos at the end": (1, partial(few.reset, seed=0), lambda: few.step(dicts)),
-    }
-    for name, (flocks, reset, step) in rows.items():
-        yield steps(f"{PROJECT}, {name}", reset, step, flocks=flocks)
+    reset_array = partial(parallel.reset_array, seed=0)
+    yield steps(f"{PROJECT}, PettingZoo", partial(parallel.reset, seed=0), lambda: parallel.step(dicts))
+    yield steps(f"{PROJECT}, PettingZoo, arrays", reset_array, lambda: parallel.step_array(agents))
+    few = parallel_env(infos="end", **options)
+    reset = partial(few.reset, seed=0)
+    yield steps(f"{PROJECT}, PettingZoo, infos at the end", reset, lambda: few.step(dicts))
     architecture = Architecture(_INPUTS, hidden=(8,), mirror=True)
     network = NetworkPolicy(architecture, np.linspace(-1, 1, architecture.size))
     alone: dict[str, Any] = {**EVERY_STEP, "per_agent": True, "num_threads": 1}
@@ -89,10 +100,8 @@ def _vmas() -> Candidate:
     from vmas import make_env
 
     agents, flocks = 100, 512  # more flocks at once cost more per flock, as do fewer
-    # With the default minimum distance between entities, placing 100 agents takes a minute.
-    env = make_env(
-        "flocking", num_envs=flocks, device="cpu", seed=0, n_agents=agents, min_dist_between_entities=0.05
-    )
+    near = {"min_dist_between_entities": 0.05}  # with the default, placing 100 agents takes a minute
+    env = make_env("flocking", num_envs=flocks, device="cpu", seed=0, n_agents=agents, **near)
     actions = [torch.zeros(flocks, 2) for _ in range(agents)]
     return steps("VMAS flocking", None, partial(env.step, actions), count=2, agents=agents, flocks=flocks)
 
@@ -118,3 +127,32 @@ def steps(
             step()
 
     return Candidate(name, run, count, case={"agents": agents, "flocks": flocks})
+
+
+def own_parts(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa: ARG001
+    """Compare a model step with and without each example."""
+    page, own = Path("docs/your-own-parts.md").read_text("utf-8"), dict[str, Any]()
+    for block in re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE):
+        exec(block, own)  # noqa: S102, our own text
+    options: dict[str, Any] = {**EVERY_STEP, "action_mode": "range"}
+    flock, chased = gymnasium.make(ID, **options), FlockScenario().with_learned_predators()
+    for envs in (
+        {"flock": flock, "KeepTogether": own["KeepTogether"](flock), "WithShape": own["WithShape"](flock)},
+        {"learned predator": FlockEscapeEnv(chased, **options)}
+        | {"Circle": FlockEscapeEnv(chased, predator_policy=own["Circle"](), **options)},
+    ):
+        action = np.full(1, RANGE, np.float32)
+        entries = [steps(name, env.reset, partial(env.step, action)) for name, env in envs.items()]
+        yield Comparison(entries, "model step")
+    agents, policy = parallel_env(**{**options, "predator_sensing_range": 30.0}), own["ListenUntilSeen"]()
+    rows, ranges = [agents.reset_array(seed=0)[0]], np.full((AGENTS, 1), RANGE, np.float32)
+
+    def act() -> None:
+        rows[0] = agents.step_array(policy.act(rows[0], agents.policy_spec))[0]
+
+    def reset() -> None:
+        rows[0] = agents.reset_array(seed=0)[0]
+        policy.reset(np.ones(AGENTS, bool))
+
+    alone = steps("agents", partial(agents.reset_array, seed=0), lambda: agents.step_array(ranges))
+    yield Comparison([alone, steps("ListenUntilSeen", reset, act)], "model step")

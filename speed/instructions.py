@@ -27,16 +27,13 @@ from flockesc_env.scenario.options import PROFILE_RANGES
 from speed.measure import EVERY_STEP
 
 RESULTS: Final = Path("speed/results/instructions.json")
-MARGIN: Final = 1.03
-"""Largest ratio of a count to the committed one."""
-
+MARGIN: Final = 1.03  # largest ratio of a count to the committed one
 _STEPS: Final = 20
 _FLOCK: Final = FlockScenario(num_steps=120)
 # Callgrind writes a count at each call of this function of the C library. Nothing else calls it.
 _MARKER: Final = "getloadavg"
 
-Case = tuple[str, int, Callable[[], object]]
-"""Name, number of steps, and a function that runs them."""
+Case = tuple[str, int, Callable[[], object]]  # name, number of steps, and a function that runs them
 
 
 def _cases() -> Iterator[Case]:
@@ -97,11 +94,7 @@ def _run() -> None:
 
 
 def count() -> dict[str, int]:
-    """Return the instructions of a step in every case.
-
-    Raises:
-        CalledProcessError: if valgrind or a case fails.
-    """
+    """Return the instructions of a step in every case; needs valgrind."""
     with TemporaryDirectory() as folder:
         tool = ("valgrind", "--tool=callgrind", f"--dump-before={_MARKER}", "--callgrind-out-file=counts")
         command = [*tool, sys.executable, "-m", "speed.instructions"]

@@ -21,8 +21,7 @@ from typing import Any, Literal, Self
 
 import msgspec
 
-PROJECT = "flockesc_env"
-"""Name of this project in tables and figures."""
+PROJECT = "flockesc_env"  # name of this project in tables and figures
 
 EVERY_STEP: dict[str, Any] = {"max_range": 100.0, "predator_sensing_range": 30.0, "steps_per_action": 1}
 """Options of environments under which one call is one model step."""
@@ -32,62 +31,45 @@ Call = Callable[[], object]
 Case = dict[str, Any]
 _CLOCKS: dict[Clock, Callable[[], float]] = {"cpu": time.process_time, "wall": time.perf_counter}
 
-_SHORTEST = 0.05
-"""Minimum duration of a repetition in s; short candidates are called several times."""
-_LONG = 1.0
-"""Candidates that take longer than this, in s, are repeated ``_FEW_REPETITIONS`` times."""
+_SHORTEST = 0.05  # minimum duration of a repetition in s; short candidates are called several times
+_LONG = 1.0  # candidates that take longer than this, in s, are repeated ``_FEW_REPETITIONS`` times
 _REPETITIONS, _FEW_REPETITIONS = 5, 3
 
 _PACKAGES = {
-    *("flockesc-env", "gymnasium", "jax", "mpe2", "numba", "numpy", "pettingzoo", "scipy"),
-    *("stable-baselines3", "torch", "vmas"),
-}
+    "flockesc-env", "gymnasium", "jax", "mpe2", "numba", "numpy", "pettingzoo", "scipy", "stable-baselines3",
+    "torch", "vmas",
+}  # fmt: skip
 _FLAGS = ("sse2", "avx", "avx2", "fma", "avx512f", "avx512dq", "avx512vl", "avx512bw")
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """An implementation to time, with its name in tables and figures.
+    """An implementation to time."""
 
-    Attributes:
-        units: number of units of work per call of ``run``, for example flock steps.
-        before: its time is subtracted, to exclude setup that ``run`` also does; ``None``: nothing.
-        case: parameters that distinguish this candidate from others of the same name.
-    """
-
-    name: str
+    name: str  # in tables and figures
     run: Call
-    units: float
-    before: Call | None = None
-    case: Case = field(default_factory=dict)
+    units: float  # units of work per call of ``run``, for example flock steps
+    before: Call | None = None  # its time is subtracted, to exclude setup that ``run`` also does
+    case: Case = field(default_factory=dict)  # what distinguishes it from others of the same name
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Candidates that are measured in turns.
-
-    Attributes:
-        unit: the unit of work.
-        case: parameters of the case, added to those of the candidates.
-        clock: ``"cpu"``: processor time of the process, pinned to one core; ``"wall"``: wall-clock time.
-    """
+    """Candidates that are measured in turns."""
 
     candidates: list[Candidate]
-    unit: str
-    case: Case = field(default_factory=dict)
-    clock: Clock = "cpu"
+    unit: str  # of work
+    case: Case = field(default_factory=dict)  # added to those of the candidates
+    clock: Clock = "cpu"  # processor time of the process, pinned to one core; or wall-clock time
 
 
 @dataclass(frozen=True)
 class Record:
-    """Measurements of one candidate: s per unit of work, one entry per repetition.
-
-    The case is, for example, ``{"n": 300, "rho": 10.0}``.
-    """
+    """Measurements of one candidate: s per unit of work, one entry per repetition."""
 
     section: str
     implementation: str
-    case: Case
+    case: Case  # for example {"n": 300, "rho": 10.0}
     unit: str
     clock: Clock
     seconds: list[float]

@@ -1,4 +1,4 @@
-"""Tables of a benchmark run or a count, in the report and on the pages that show some of them."""
+"""Tables and the figure of a benchmark run, and tables of a count, in the report and the README."""
 
 from __future__ import annotations
 
@@ -9,16 +9,33 @@ from collections.abc import Iterable
 from pathlib import Path
 from textwrap import fill
 
-from speed.flocks import ARITHMETIC, BANDWIDTH, BYTES
+from matplotlib.figure import Figure
+from matplotlib.ticker import StrMethodFormatter
+
+from flockesc_env.render.palette import LIGHT
 from speed.measure import PROJECT, Measurements, Record
+from speed.models import ARITHMETIC, BANDWIDTH, BYTES
+from training.figure_style import WIDTH, label_ends, save_figure
 
 REPORT = Path("speed/results/README.md")
 README = Path("README.md")
-WIDTH = 110  # of lines of text
+_LINE_WIDTH = 110  # of text
 VECTOR = f"{PROJECT}, Gymnasium vector"
-AVX2 = Path("speed/results/avx2.json")
-"""Measurements of a core that was built without AVX-512."""
+AVX2 = Path("speed/results/avx2.json")  # measurements of a core that was built without AVX-512
 IN_AVX2 = (PROJECT, "plain Rust, cell list", "Numba, cell list, fastmath")
+
+_NUMPY, _NUMBA, _JAX, _RUST, _SCIPY = LIGHT.others
+# A color per library and a marker per implementation.
+_STYLES = {
+    PROJECT: (LIGHT.ink, "o"),
+    "NumPy, all pairs": (_NUMPY, "s"),
+    "NumPy, BLAS": (_NUMPY, "P"),
+    "SciPy cKDTree": (_SCIPY, "^"),
+    "Numba, cell list, fastmath": (_NUMBA, "D"),
+    "JAX, all pairs": (_JAX, "*"),
+    "JAX, all pairs, float32": (_JAX, "p"),
+    "plain Rust, cell list": (_RUST, "h"),
+}
 
 
 def rendered(page: str, run: Measurements) -> str:
@@ -61,6 +78,31 @@ def _medians(records: list[Record], section: str) -> dict[str, dict[float, float
     for record in _of(records, section):
         medians.setdefault(record.implementation, {})[record.case["rho"]] = record.median
     return medians
+
+
+def draw(records: list[Record], folder: Path) -> list[Path]:
+    """Draw the cost of a step against the range, a line per implementation; return the files.
+
+    Without measurements of the section ``kernel`` there is no figure.
+    """
+    kernel = _medians(records, "kernel")
+    figure = Figure(figsize=(WIDTH, 5.4), layout="constrained")
+    axes = figure.subplots()
+    axes.grid(which="major", color=LIGHT.grid)
+    axes.set(xlabel="interaction range (m)", ylabel="time per step of one flock (µs)", yscale="log")
+    axes.set_title("A step of the paper's flock: 300 agents, one core")
+    axes.margins(y=0.1)
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:,.0f}"))
+    axes.yaxis.set_major_formatter(StrMethodFormatter("{x:,g}"))
+    ends = []
+    for name, medians in kernel.items():
+        micros = [1e6 * median for median in medians.values()]
+        color, marker = _STYLES[name]
+        width, size, zorder = (3.5, 7, 3) if name == PROJECT else (1.5, 5, 2)
+        axes.plot([*medians], micros, color=color, marker=marker, lw=width, ms=size, zorder=zorder)
+        ends.append((micros[-1], name, color))
+    label_ends(axes, ends, gap=0.06)
+    return [save_figure(figure, folder / "cost_against_range", ("png",))] if kernel else []
 
 
 def _kernel(records: list[Record]) -> str:
@@ -109,7 +151,7 @@ def _grid_and_line(records: list[Record]) -> str:
         f"The paper's grid search, {one.case['ranges']} ranges on {one.case['seeds']} flocks, takes "
         f"{_number(one.median)} s on one core and {_number(two.median)} s on two. A step of the line "
         f"of 100 agents takes {limits(PROJECT)}; all pairs in NumPy take {limits('NumPy, all pairs')}.",
-        WIDTH,
+        _LINE_WIDTH,
     )
 
 
@@ -141,7 +183,7 @@ def _run(run: Measurements) -> str:
         "The tables of the model and of environments were measured again at the end of the run. The two "
         f"figures of a cell differ by {typical:.0f} % in the median and by at most {largest:.0f} % ({name}).",
     )
-    return "\n".join(fill(f"- {item}", WIDTH, subsequent_indent="  ") for item in items)
+    return "\n".join(fill(f"- {item}", _LINE_WIDTH, subsequent_indent="  ") for item in items)
 
 
 def with_table(page: str, table: str) -> str:

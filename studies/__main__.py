@@ -5,15 +5,15 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Annotated, Any
 
-from msgspec import to_builtins
 from tyro.conf import Positional, arg
 
 from flockesc_env import jobs
 from flockesc_env.cli.application import Application
-from flockesc_env.cli.flags import Backend, Json, Progress, optional
-from flockesc_env.cli.output import Exit, check_folder, note, show, show_json
+from flockesc_env.cli.flags import Backend, Progress, optional
+from flockesc_env.cli.output import Exit, check_folder, note, show
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
@@ -30,11 +30,18 @@ _LIBRARIES = {
     "train": ["matplotlib", "polars", "jinja2", "cmaes"],
 }
 
-_Output = Annotated[
-    Path, arg(help="folder of results, figures and the report README.md; made if it is missing")
-]
+_Output = Annotated[Path, arg(help="folder of results, figures and the report README.md; made if missing")]
 _Parts = Annotated[Path, arg(help="folder that keeps finished parts")]
 _RUNS = Path("runs/scoreboard")
+
+_STUDIES = {
+    "paper": ("studies.paper.report:PAPER", "analysis"),
+    "robustness": ("studies.robustness.survey:ROBUSTNESS", "analysis"),
+    "validation": ("studies.validation.survey:VALIDATION", "analysis"),
+    "arms_race": ("studies.arms_race.report:ARMS_RACE", "train"),
+    "findings": ("studies.findings.report:FINDINGS", "train"),
+}
+"""Where each study is and the extra that it needs, by its folder in results/. Their imports are slow."""
 
 
 def prepare(folder: Path, extra: str, backend: str = "serial") -> jobs.Backend:
@@ -60,7 +67,6 @@ def paper(
     ] = (),
     backend: Backend = "processes",
     progress: Progress = False,
-    json: Json = False,
 ) -> Exit:
     """Set the paper's claims and figures beside what this package measures.
 
@@ -71,29 +77,20 @@ def paper(
     Example: python -m studies paper --output runs/paper --figures 5 9
     """
     trials = Trials(flocks=flocks, lines=lines)
+    if not figures:
+        return _run("paper", output, backend, progress=progress, trials=trials)
     runs_on = prepare(output, "analysis", backend)
     from studies.paper.figures import measure_and_draw
-    from studies.paper.report import PAPER, summary
 
-    if figures:
-        for file in measure_and_draw(output, figures, trials, runs_on, progress=progress):
-            note(f"saved: {file}")
-        return Exit.DONE
-    results = PAPER.run(output, runs_on, progress=progress, trials=trials)
-    _saved(output)
-    if json:
-        show_json({"command": "paper", "output": str(output), **to_builtins(results)})
-    else:
-        show(*summary(results))
+    for file in measure_and_draw(output, figures, trials, runs_on, progress=progress):
+        note(f"saved: {file}")
     return Exit.DONE
 
 
 def robustness(
     *,
     output: _Output = Path("runs/robustness"),
-    num_flocks: Annotated[
-        int, arg(help="flocks to choose the best range on, and again as many to measure it on, at least 2")
-    ] = 500,
+    num_flocks: Annotated[int, arg(help="flocks that choose a range, and as many that measure it")] = 500,
     presets: Annotated[
         tuple[str, ...] | None,
         *optional(
@@ -104,7 +101,6 @@ def robustness(
     ] = None,
     backend: Backend = "processes",
     progress: Progress = False,
-    json: Json = False,
 ) -> Exit:
     """Find the best fixed range in every preset: does the paper's finding survive?
 
@@ -116,16 +112,7 @@ def robustness(
     """
     as_count(num_flocks, "num_flocks", least=2)  # without two there is no interval
     attacked_presets(presets)  # refuses unknown ones before heavy imports
-    runs_on = prepare(output, "analysis", backend)
-    from studies.robustness.survey import ROBUSTNESS, summary
-
-    results = ROBUSTNESS.run(output, runs_on, progress=progress, num_flocks=num_flocks, names=presets)
-    _saved(output)
-    if json:
-        show_json({"command": "robustness", "output": str(output), "results": to_builtins(results)})
-    else:
-        show(*summary(results))
-    return Exit.DONE
+    return _run("robustness", output, backend, progress=progress, num_flocks=num_flocks, names=presets)
 
 
 def validation(
@@ -153,11 +140,7 @@ def validation(
         if name not in PARTS:
             raise InputError("only", f"any of {', '.join(PARTS)}", repr(name))
     _check_share(scale)
-    runs_on = prepare(output, "analysis", backend)
-    from studies.validation.survey import VALIDATION
-
-    VALIDATION.run(output, runs_on, progress=progress, only=only, scale=scale)
-    return _saved(output)
+    return _run("validation", output, backend, progress=progress, only=only, scale=scale)
 
 
 def arms_race(
@@ -176,11 +159,7 @@ def arms_race(
     """
     as_count(rounds, "rounds")
     as_count(num_flocks, "num_flocks", least=2)
-    runs_on = prepare(output, "train", backend)
-    from studies.arms_race.report import ARMS_RACE
-
-    ARMS_RACE.run(output, runs_on, progress=progress, rounds=rounds, num_flocks=num_flocks)
-    return _saved(output)
+    return _run("arms_race", output, backend, progress=progress, rounds=rounds, num_flocks=num_flocks)
 
 
 def findings(
@@ -197,11 +176,7 @@ def findings(
     Example: python -m studies findings --scale 0.1
     """
     _check_share(scale)
-    runs_on = prepare(output, "train", backend)
-    from studies.findings.report import FINDINGS
-
-    FINDINGS.run(output, runs_on, progress=progress, scale=scale)
-    return _saved(output)
+    return _run("findings", output, backend, progress=progress, scale=scale)
 
 
 def scoreboard_freeze(
@@ -227,9 +202,7 @@ def scoreboard_train(
     learners: Annotated[tuple[str, ...], arg(help="some of the learners; none: all")] = (),
     tasks: Annotated[tuple[str, ...], arg(help="some of the tasks; none: all")] = (),
     most_seeds: Annotated[int, arg(help="at most this number of training seeds")] = 10,
-    runs: Annotated[
-        Path, arg(help="folder of training runs; finished ones are kept, others continued")
-    ] = _RUNS,
+    runs: _Parts = _RUNS,
     backend: Backend = "processes",
 ) -> Exit:
     """Train learners (hours for all), and score them and the rules that have no result yet.
@@ -266,23 +239,26 @@ def reports() -> Exit:
     Example: python -m studies reports
     """
     require("train", _LIBRARIES["train"])
-    from studies.arms_race.report import ARMS_RACE
-    from studies.findings.report import FINDINGS, rows_of, tasks_table
-    from studies.paper.report import PAPER
-    from studies.robustness.survey import ROBUSTNESS
+    from studies.findings.report import rows_of, tasks_table
     from studies.scoreboard.board import load_board, ship
     from studies.scoreboard.report import RESULTS, entries_of, report
     from studies.study import REPORT
-    from studies.validation.survey import VALIDATION
 
-    studies = {"paper": PAPER, "robustness": ROBUSTNESS, "validation": VALIDATION, "arms_race": ARMS_RACE}
-    for name, study in {**studies, "findings": FINDINGS}.items():
-        study.write(Path("results", name))
+    for name, (place, _) in _STUDIES.items():
+        resolve_name(place).write(Path("results", name))
     board = load_board()
     ship(board)
     write_text(RESULTS / REPORT, report(board))
     show(*tasks_table(rows_of(entries_of(board))).split("\n"))
     return Exit.DONE
+
+
+def _run(study: str, output: Path, backend: str, *, progress: bool, **options: Any) -> Exit:
+    """Measure one of ``_STUDIES`` with its options; write its results, figures and report."""
+    place, extra = _STUDIES[study]
+    runs_on = prepare(output, extra, backend)
+    resolve_name(place).run(output, runs_on, progress=progress, **options)
+    return _saved(output)
 
 
 def _saved(path: Path) -> Exit:
@@ -303,12 +279,12 @@ def _runner(folder: Path, backend: str) -> Runner:
     return Runner(jobs.Cache(folder / "cache"), runs_on, progress=True)
 
 
-_COMMANDS: tuple[Callable[..., Exit], ...] = (
-    *(paper, robustness, validation, arms_race, findings),
-    *(scoreboard_freeze, scoreboard_train, scoreboard_rewards, reports),
-)
-_BY_NAME = {command.__name__.replace("_", "-"): command for command in _COMMANDS}
-STUDIES = Application("python -m studies", "Studies made with flockesc_env.", _BY_NAME)
+_MEASURING = (paper, robustness, validation, arms_race, findings)
+_SCOREBOARD = (scoreboard_freeze, scoreboard_train, scoreboard_rewards)
+_COMMANDS: dict[str, Callable[..., Exit]] = {
+    command.__name__.replace("_", "-"): command for command in (*_MEASURING, *_SCOREBOARD, reports)
+}
+STUDIES = Application("python -m studies", "Studies made with flockesc_env.", _COMMANDS)
 
 if __name__ == "__main__":
     sys.exit(STUDIES.main())

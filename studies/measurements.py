@@ -1,8 +1,6 @@
 """Measurements: jobs and their results, policies on flocks as jobs, and columns of tables by flock."""
 
-from __future__ import annotations
-
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -20,8 +18,7 @@ from flockesc_env.policies.registry import parse_policy
 
 Key = TypeVar("Key")
 
-_AGENT_STEP = 200e-9
-"""Estimated seconds of a step of one agent under a policy."""
+_AGENT_STEP = 200e-9  # estimated seconds of a step of one agent under a policy
 
 
 @dataclass(frozen=True)
@@ -59,14 +56,25 @@ def chunks(flocks: range, size: int) -> list[range]:
     return [flocks[start : start + size] for start in range(0, len(flocks), size)]
 
 
-def share_of(purpose: range, count: int, scale: float, least: int = 2) -> range:
+def share_of(purpose: range, count: int, scale: float, *, least: int = 2) -> range:
     """Return the first seeds of a purpose: a share of their number, at least ``least``."""
     return first_seeds(purpose, max(least, round(count * scale)))
 
 
-def split(function: str, arguments: tuple[Any, ...], flocks: range, size: int, seconds: float) -> list[Job]:
-    """Return jobs that call a function with arguments and at most ``size`` flocks, ``seconds`` for each."""
-    return [Job(function, (*arguments, part), seconds * len(part)) for part in chunks(flocks, size)]
+def split(
+    function: Callable[..., Arrays], *arguments: Any, flocks: range, size: int, seconds: float
+) -> list[Job]:
+    """Return jobs that call ``function(*arguments, part)`` with parts of at most ``size`` flocks.
+
+    A flock takes about ``seconds``.
+    """
+    name = f"{function.__module__}:{function.__name__}"
+    return [Job(name, (*arguments, part), seconds * len(part)) for part in chunks(flocks, size)]
+
+
+def by_name(runs: Sequence[Mapping[str, Any]]) -> Arrays:
+    """Return the numbers or arrays of several runs by name, with a first axis over the runs."""
+    return {name: np.array([run[name] for run in runs]) for name in runs[0]}
 
 
 def means(rows: Iterable[FloatArray]) -> tuple[Estimate, ...]:
@@ -112,6 +120,5 @@ def play_jobs(
 
 def values_by(table: pl.DataFrame, *keys: str, column: str = "objective") -> dict[Any, FloatArray]:
     """Return a column, flocks in rising order, by the values of several other columns."""
-    return {
-        key: part.sort("seed")[column].to_numpy() for key, part in table.group_by(*keys, maintain_order=True)
-    }
+    groups = table.group_by(*keys, maintain_order=True)
+    return {key: part.sort("seed")[column].to_numpy() for key, part in groups}

@@ -1,7 +1,5 @@
 """A study: what it measures, its results, figures and report, and the one runner of all studies."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

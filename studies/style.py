@@ -1,7 +1,5 @@
 """Style of the studies' figures: letters of panels, colors of components, curves and forest plots."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -15,14 +13,13 @@ from flockesc_env.render.palette import LIGHT
 from studies.measurements import sign
 from training.figure_style import WIDTH
 
-ROW = 0.235
-"""Height of a row of a forest plot in inches."""
+ROW = 0.235  # height of a row of a forest plot in inches
 
 LABELS = (
-    *("#3073a5", "#ddb66a", "#934b63", "#7ed3a6", "#6b571f"),
-    *("#cba553", "#55b8e2", "#6bc08e", "#b69be6", "#a1b564", "#88aaf1", "#40c1bd", "#d790c5"),
-    *("#93892f", "#498cc4", "#1f9b82", "#a270b1", "#639654", "#7c7dc6", "#0097ab"),
-)
+    "#3073a5", "#ddb66a", "#934b63", "#7ed3a6", "#6b571f", "#cba553", "#55b8e2", "#6bc08e", "#b69be6",
+    "#a1b564", "#88aaf1", "#40c1bd", "#d790c5", "#93892f", "#498cc4", "#1f9b82", "#a270b1", "#639654",
+    "#7c7dc6", "#0097ab",
+)  # fmt: skip
 """Colors of components, which repeat after 20. They are muted, so that no component looks like a predator."""
 
 
@@ -41,10 +38,10 @@ def component_colors(labels: NDArray[np.int64]) -> list[Any]:
     """Return a color per agent: the larger its component, the earlier in the palette; gray if alone."""
     names, sizes = np.unique(labels, return_counts=True)
     order = np.argsort(-sizes, kind="stable")
-    color = {
-        int(names[index]): LABELS[rank % len(LABELS)] if sizes[index] > 1 else LIGHT.alone
-        for rank, index in enumerate(order)
-    }
+    color = {}
+    for rank, index in enumerate(order):
+        is_alone = sizes[index] == 1
+        color[int(names[index])] = LIGHT.alone if is_alone else LABELS[rank % len(LABELS)]
     return [color[int(label)] for label in labels]
 
 

@@ -1,1 +1,1 @@
-"""Training of range policies and comparison with the grid search: ``python -m training --help``."""
+"""Training of range policies and figures beside the grid search: ``python -m training --help``."""

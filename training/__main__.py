@@ -1,4 +1,4 @@
-"""Entry point of ``python -m training``: the commands train and compare."""
+"""Entry point of ``python -m training``: the commands train, learners and figures."""
 
 import sys
 from pathlib import Path
@@ -11,7 +11,6 @@ from flockesc_env.cli.flags import EXPECTED, policy_of
 from flockesc_env.cli.output import Exit, check_folder, show, table
 from flockesc_env.common.extras import require
 from flockesc_env.taskset import tasks
-from flockesc_env.taskset.learners import learners as learners_of
 
 _MODULES = ("cmaes", "matplotlib", "polars", "sb3_contrib", "stable_baselines3", "tensorboard", "torch")
 _Task = Annotated[Positional[str], arg(help="name of a task; flockesc tasks lists them", metavar="TASK")]
@@ -49,14 +48,14 @@ def _learners(task: _Task) -> Exit:
     """
     chosen = tasks[task]
     rows = []
-    for name, one in learners_of(chosen).items():
+    for name, one in chosen.learners.items():
         samples = "-" if one.algorithm in {"search", "imitation"} else f"{one.samples or chosen.samples:,}"
         rows.append([name, one.algorithm, str(one.seeds), samples, one.note])
     show(*table(["learner", "algorithm", "seeds", "samples", "note"], rows))
     return Exit.DONE
 
 
-def _compare(
+def _figures(
     policies: Annotated[Positional[tuple[str, ...]], arg(help=EXPECTED, metavar="POLICY ..")],
     *,
     task: Annotated[str, arg(help="name of a task; flockesc tasks lists them")],
@@ -65,23 +64,25 @@ def _compare(
         "runs/comparison"
     ),
 ) -> Exit:
-    """Compare policies with the best fixed range on the same held-out flocks, with figures.
+    """Draw policies beside the best fixed range on the same held-out flocks.
 
-    Example: python -m training compare runs/per-agent-visible/ppo-3 --task per-agent-visible
+    It prints the table of ``flockesc compare``, and also records two runs.
+
+    Example: python -m training figures runs/per-agent-visible/ppo-3 --task per-agent-visible
     """
     require("train", _MODULES)
     check_folder(output)
-    from training.compare import compare
+    from training.figures import draw
 
     chosen = tasks[task]
-    compare(chosen, [policy_of(spec, task=chosen) for spec in policies], output, flocks)
+    draw(chosen, [policy_of(spec, task=chosen) for spec in policies], output, flocks)
     return Exit.DONE
 
 
 TRAINING = Application(
     "python -m training",
-    "Train range policies and compare them with the best fixed range.",
-    {"train": _train, "learners": _learners, "compare": _compare},
+    "Train range policies and draw them beside the best fixed range.",
+    {"train": _train, "learners": _learners, "figures": _figures},
 )
 
 if __name__ == "__main__":

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 
 from flockesc_env import FlockScenario, InputError, Policy
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import FlockBatch, Observations
-from flockesc_env.episodes.spaces import PolicySpec
+from flockesc_env.scenario.options import EnvOptions
 from training.run import Run
 
 GROUP = 16
@@ -36,14 +38,13 @@ class Branches:
     """
 
     def __init__(self, run: Run, ranges: tuple[float, ...], count: int) -> None:
-        model, options = run.task.scenario, run.options
+        model = run.task.scenario
         if run.task.per_agent or not isinstance(model, FlockScenario):
             raise InputError("task", "one range for a flock", run.task.name)
         if not ranges:
             raise InputError("ranges", "at least one candidate range", "none")
         self._candidates, self._count, self._column = np.array(ranges), count, run.task.spec.name
-        self._model, self._options = model, model.env_options(options)
-        self.spec: PolicySpec = run.policy_spec
+        self._model, self.spec = model, run.policy_spec
 
     def values(
         self, policy: Policy, teacher: Policy, flocks: range, rng: np.random.Generator
@@ -92,4 +93,5 @@ class Branches:
         return values.reshape(ranges.shape), taken
 
     def _batch(self, num_flocks: int) -> FlockBatch:
-        return FlockBatch(self._model, self._options, num_flocks=num_flocks, num_threads=1)
+        options = cast("EnvOptions", self.spec.options)
+        return FlockBatch(self._model, options, num_flocks=num_flocks, num_threads=1)

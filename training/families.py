@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,8 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import Architecture, ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
-from flockesc_env.policies.playing import rollout_networks
 from flockesc_env.policies.registry import Rule
+from flockesc_env.policies.rollout import play_networks
 from training.run import Run
 
 _Number = tuple[float, float, Literal["share", "range", "other"]]
@@ -25,8 +25,13 @@ RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
     "stubborn-witnesses": (
         StubbornWitnesses,
         (
-            *((0.085, 0.015, "share"), (55.0, 8.0, "range"), (8.0, 3.0, "range"), (100.0, 30.0, "other")),
-            *((5.0, 1.5, "other"), (3.5, 1.5, "other"), (6.0, 3.0, "other")),
+            (0.085, 0.015, "share"),
+            (55.0, 8.0, "range"),
+            (8.0, 3.0, "range"),
+            (100.0, 30.0, "other"),
+            (5.0, 1.5, "other"),
+            (3.5, 1.5, "other"),
+            (6.0, 3.0, "other"),
         ),
     ),
     "listen-while-threatened": (
@@ -67,19 +72,11 @@ class Networks:
         Returns:
             The objective, shape (k, seeds), and the number of actions, per agent or per flock.
         """
-        task, options = self.run.task, cast("Any", self.run.options)
-        model = cast("Any", task.scenario)
-        columns = rollout_networks(
-            self.architecture,
-            np.repeat(vectors.astype(np.float32), len(seeds), axis=0),
-            list(seeds) * len(vectors),
-            model,
-            model.env_options(options),
-            per_agent=task.per_agent,
-            num_threads=1,
-        )
+        task, entry = self.run.task, self.run.setup(self.policy(vectors[0]))
+        parameters = np.repeat(vectors.astype(np.float32), len(seeds), axis=0)
+        columns = play_networks(entry, parameters, list(seeds) * len(vectors))
         values = columns[task.spec.name].reshape(len(vectors), -1)
-        return values, (model.num_agents if task.per_agent else 1) * int(columns["num_actions"].sum())
+        return values, self.run.policy_spec.rows * int(columns["num_actions"].sum())
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import pickle
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -17,15 +17,17 @@ from typing import Any
 
 import msgspec
 
-from flockesc_env import InputError, LineScenario, Policy, rollout, save_policy, tasks
+from flockesc_env import InputError, Policy, save_policy, tasks
 from flockesc_env.common.checks import parse_json
 from flockesc_env.common.files import check_writable, read_sealed, write_sealed, write_text
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.models.records import versions
 from flockesc_env.policies import PolicySpec
 from flockesc_env.policies.registry import POLICY_FILE, Stored
+from flockesc_env.policies.rollout import play
+from flockesc_env.policies.setup import Setup, setup
 from flockesc_env.taskset import Task
-from flockesc_env.taskset.learners import Learner, learner_of
+from flockesc_env.taskset.learners import Learner
 
 CONFIG_FILE = "config.json"
 RUN_FILE = "run.json"
@@ -64,7 +66,7 @@ class Run:
             InputError: if the task or the learner is unknown.
         """
         chosen = tasks[task]
-        found = learner_of(chosen, learner)
+        found = chosen.learner(learner)
         return cls(task=chosen, name=learner, learner=found, seed=seed, folder=folder, progress=progress)
 
     @cached_property
@@ -75,17 +77,17 @@ class Run:
     @cached_property
     def policy_spec(self) -> PolicySpec:
         """Observations and actions of the environment."""
-        return self.task.policy_spec(**self.learner.options)
+        return self.task.spec_with(**self.learner.options)
 
-    def objectives(
-        self, policy: Policy, seeds: Iterable[int], *, batch_size: int = 64, num_threads: int | None = 1
-    ) -> FloatArray:
+    def setup(self, policy: Policy) -> Setup:
+        """Return how a policy plays in the environment, on one thread."""
+        per_agent = self.task.per_agent
+        return setup(policy, self.task.scenario, per_agent=per_agent, num_threads=1, **self.options)
+
+    def objectives(self, policy: Policy, seeds: Sequence[int], *, batch_size: int = 64) -> FloatArray:
         """Play a policy; return the objective, shape (seeds,)."""
-        options: dict[str, Any] = {"batch_size": batch_size, "num_threads": num_threads, **self.options}
-        if not isinstance(self.task.scenario, LineScenario):
-            options["per_agent"] = self.task.per_agent
-        model: Any = self.task.scenario
-        return self.task.spec.values(rollout(model, policy, seeds, **options))
+        columns = play(self.setup(policy), seeds, batch_size=batch_size)
+        return columns[self.task.spec.name]
 
     def record(self) -> dict[str, Any]:
         """Return what decides the results of the run."""

@@ -21,7 +21,6 @@ from flockesc_env.common.files import write_together
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies.registry import Stored
 from flockesc_env.sb3 import FlockEvalCallback
-from flockesc_env.taskset.learners import arguments
 from training.run import BEST_FILE, MODEL_FILE, Measured, Run
 
 _FREE = ("policy", "env", "seed", "device", "tensorboard_log", "verbose", "_init_setup_model", "self")
@@ -47,7 +46,7 @@ def train(run: Run, *, resume: bool = False) -> Path:
     """
     learner, folder = run.learner, run.folder
     cls = algorithm_of(run)
-    hyperparameters = arguments(run.task, run.name, learner)
+    hyperparameters = run.task.hyperparameters(learner)
     _check_names(run, cls)
     torch.set_num_threads(1)  # the networks are small
     env = _env(run)

@@ -6,8 +6,9 @@ import dataclasses
 import importlib
 import importlib.util
 import json
+import pickle
 import sys
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from contextlib import suppress
 from difflib import get_close_matches
 from pathlib import Path
@@ -16,13 +17,21 @@ from typing import TYPE_CHECKING, Annotated, Any
 from tyro.conf import DisallowNone, UseAppendAction, arg
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
+from flockesc_env.cli.output import note
 from flockesc_env.common.checks import parse_json, parse_number
 from flockesc_env.common.errors import InputError, errors_at, shown, shown_name
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import EXPECTED as NAMED
-from flockesc_env.policies.registry import SUFFIX, as_policy, load_policy
+from flockesc_env.policies.registry import (
+    PREDATORS,
+    SUFFIX,
+    as_policy,
+    as_predator_policy,
+    load_policy,
+    policy_file,
+)
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.document import check_not_drawn, field_at, from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
@@ -32,9 +41,13 @@ from flockesc_env.scenario.presets import MODELS, PRESETS, Scenario, preset
 if TYPE_CHECKING:
     from flockesc_env.taskset.task import Task
 
-EXPECTED = f"{NAMED}, the folder of a training run or module:function"
+MODEL = "ALGORITHM:FILE.zip, such as PPO:model.zip, or ALGORITHM:FOLDER of best_model_save_path"
+_FOLDER = "the folder of a training run, module:function"
+EXPECTED = f"{NAMED}, {_FOLDER} or, of stable-baselines3, {MODEL} (a pickle: code in it is executed)"
+"""What ``policy_of`` takes."""
 
 MODEL_SUFFIX = ".zip"
+_BEST, _STATISTICS = "best_model.zip", "vecnormalize.pkl"  # of ``FlockEvalCallback``
 _SB3 = ("stable_baselines3", "sb3_contrib")
 
 
@@ -73,9 +86,10 @@ def _number(flag: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
 
 def _range(words: list[str]) -> range:
     try:
-        start, stop = (parse_number(word, int) for word in words[0].split(":"))
+        numbers = [parse_number(word, int) for word in words[0].split(":")]
+        start, stop = numbers if len(numbers) > 1 else (0, *numbers)
     except ValueError:
-        raise ValueError(f"expected START:STOP, two integers, got {words[0]!r}") from None  # tyro prints it
+        raise ValueError(f"expected N or START:STOP, integers, got {words[0]!r}") from None  # tyro prints it
     return range(start, stop)
 
 
@@ -91,7 +105,7 @@ Seeds = Annotated[
     range,
     PrimitiveConstructorSpec(
         nargs=1,
-        metavar="START:STOP",
+        metavar="N|START:STOP",
         instance_from_str=_range,
         is_instance=lambda value: isinstance(value, range),
         str_from_instance=lambda value: [f"{value.start}:{value.stop}"],
@@ -105,7 +119,11 @@ class ScenarioFlags:
 
     scenario: Annotated[
         str | None,
-        *optional("preset (flockesc presets lists them) or scenario file", "paper-flock", "NAME|FILE"),
+        *optional(
+            "preset (flockesc presets lists them) or scenario file",
+            "that of a trained policy, or paper-flock",
+            "NAME|FILE",
+        ),
     ] = None
     changes: Annotated[
         UseAppendAction[tuple[str, ...]],
@@ -118,16 +136,33 @@ class ScenarioFlags:
         ),
     ] = ()
 
-    def build(self) -> Scenario:
-        """Return the scenario that the flags describe."""
-        scenario: Scenario = FlockScenario() if self.scenario is None else scenario_named(self.scenario)
+    def build(self, policies: Iterable[BasePolicy] = ()) -> Scenario:
+        """Return the scenario that the flags describe.
+
+        Without ``--scenario`` it begins as that of the first policy that knows one.
+        """
+        known = (policy.scenario for policy in policies if policy.scenario is not None)
+        scenario = next(known, FlockScenario()) if self.scenario is None else scenario_named(self.scenario)
         return _changed(scenario, self.changes) if self.changes else scenario
+
+    def hunted(self, policies: Iterable[BasePolicy], predator: str | None) -> tuple[Scenario, Any]:
+        """Return ``build`` and the policy of predators; with one, the scenario has ``Learned`` predators."""
+        hunter = as_predator_policy(predator)
+        scenario = self.build([*policies, *([hunter] if isinstance(hunter, BasePolicy) else [])])
+        if hunter is not None and isinstance(scenario, FlockScenario) and not scenario.num_learned:
+            scenario = scenario.with_learned_predators()
+        return scenario, hunter
+
+
+Predator = Annotated[
+    str | None, *optional(f"policy of the predators: {', '.join(PREDATORS)} or a file (.npz)", "none")
+]
+"""A flag whose policy ``ScenarioFlags.hunted`` returns."""
 
 
 def described(scenario: Scenario) -> dict[str, Any]:
     """Return what a JSON document says about a scenario: its model, ``flock`` or ``line``, and its fields."""
-    model = next(name for name, model in MODELS.items() if isinstance(scenario, model))
-    return {"model": model, "scenario": json.loads(scenario.to_json())}
+    return {"model": scenario.model, "scenario": json.loads(scenario.to_json())}
 
 
 def similar_field(flags: Sequence[str], known: Collection[str]) -> str | None:
@@ -186,13 +221,15 @@ def _value(text: str, path: str) -> Any:
 
 
 def policy_of(spec: str, *, task: Task | None = None) -> BasePolicy:
-    """Return the policy of an argument: what ``load_policy`` takes, or ``module:function``.
+    """Return the policy of an argument: what ``load_policy`` takes, ``module:function``, or a model.
 
-    The function returns a policy; its module may lie in the current folder. With the task of its training,
-    the argument may also be a model of stable-baselines3, for example ``PPO:model.zip``. A model that does
-    not know its options plays with those of the task. Code in it is executed.
+    The function returns a policy; its module may lie in the current folder. A model of stable-baselines3,
+    for example ``PPO:model.zip``, that does not know its options plays with those of the task, if one is
+    given. The file vecnormalize.pkl beside it has the statistics of its observations. Code in both is
+    executed.
     """
-    if suffix_of(spec) == MODEL_SUFFIX:
+    has_model = Path(spec.rpartition(":")[2], _BEST).is_file() and policy_file(spec) is None
+    if suffix_of(spec) == MODEL_SUFFIX or has_model:
         return _model_policy(spec, task)
     module, is_code, function = spec.partition(":")
     if not is_code or module == "fixed" or suffix_of(spec) == SUFFIX:
@@ -207,18 +244,29 @@ def policy_of(spec: str, *, task: Task | None = None) -> BasePolicy:
 
 
 def _model_policy(spec: str, task: Task | None) -> BasePolicy:
-    if task is None:
-        expected = "a policy file, or in commands with --task a model with the task of its training"
-        raise InputError("policy", expected, repr(spec))
     require("sb3", ["stable_baselines3"])
     name, _, path = spec.rpartition(":")
+    file = Path(path, _BEST) if Path(path, _BEST).is_file() else Path(path)
+    statistics, normalizer = file.with_name(_STATISTICS), None
     try:
         packages = [importlib.import_module(package) for package in _SB3 if importlib.util.find_spec(package)]
         package = next((each for each in packages if hasattr(each, name)), packages[0])
-        model = getattr(package, name).load(path, device="cpu")
-    except (Exception, SystemExit) as error:  # the class, its code and the file are the user's
-        expected = f"ALGORITHM:FILE.zip with a class of stable-baselines3 or sb3-contrib, such as PPO:{path}"
+        model = getattr(package, name).load(file, device="cpu")
+        if statistics.is_file():
+            note(f"{statistics} normalizes the observations of {file}")
+            normalizer = pickle.loads(statistics.read_bytes())  # noqa: S301, a model is a pickle, too
+            normalizer.venv = None
+    except (Exception, SystemExit) as error:  # the class, its code and the files are the user's
+        expected = f"{MODEL}, with a class of stable-baselines3 or sb3-contrib, such as PPO:{path}"
         raise InputError("policy", expected, f"{spec!r} ({error!r})") from error
-    policy = SB3Policy(model)
+    policy = SB3Policy(model, vec_normalize=normalizer)
+    if policy.options is not None:
+        return policy.with_options(name=Path(path).stem)
+    if task is None:
+        expected = (
+            "a model that knows its scenario and options: one of RangePolicy or ScorerPolicy, or judged by"
+            " FlockEvalCallback (save_policy(model, 'model.npz') after its training writes any)"
+        )
+        raise InputError("policy", expected, repr(spec))
     stated: dict[str, Any] = {"per_agent": task.per_agent, "scenario": task.scenario, **task.options}
-    return policy.with_options(name=Path(path).stem, **(stated if policy.options is None else {}))
+    return policy.with_options(name=Path(path).stem, **stated)

@@ -12,6 +12,7 @@ from tyro.conf import Positional, arg
 from flockesc_env.cli.flags import (
     EXPECTED,
     Json,
+    Predator,
     Progress,
     ScenarioFlags,
     described,
@@ -30,7 +31,7 @@ from flockesc_env.models import records
 from flockesc_env.models.simulate import LineTrajectory, Trajectory
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import policy_file
-from flockesc_env.policies.rollout import simulate as run_once
+from flockesc_env.policies.simulate import simulate as run_once
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.objectives import OBJECTIVES
@@ -70,6 +71,7 @@ def simulate(
         int | None,
         *optional("seed of the initial state, from 0 to 2^64 - 1", "a random seed, which is printed"),
     ] = None,
+    predator: Predator = None,
     output: Annotated[
         Path | None, *optional("file (.npz) for the whole run; flockesc replay checks it", "none")
     ] = None,
@@ -79,22 +81,24 @@ def simulate(
 
     Prints the distances to the predator and the state at the end.
 
-    The default scenario is the paper's flock of 300 agents.
+    The default scenario is that of a trained policy, or the paper's flock.
 
     Example: flockesc simulate fixed:10 --seed 7 --output run.npz
     """
     check_output(output, [".npz"])
-    chosen = scenario.build()
+    found = policy_of(policy or f"fixed:{BEST_RANGE:g}")
+    chosen, hunter = scenario.hunted([found], predator)
     if policy is None:
         if isinstance(chosen, LineScenario):
             raise InputError("policy", "fixed:RHO for a line", "none")
-        policy = f"fixed:{BEST_RANGE:g}"
-    trajectory = run_once(chosen, policy=policy_of(policy), seed=seed)
+        policy = found.name
+    trajectory = run_once(chosen, policy=found, seed=seed, predator_policy=hunter)
     outcome = _outcome(trajectory)
     document = {
         "command": "simulate",
         **described(chosen),
         "policy": policy,
+        "predator": predator,
         "seed": trajectory.seed,
         **outcome,
         "output": None if output is None else str(output),
@@ -219,6 +223,7 @@ def watch(
     ] = (),
     *,
     seed: Annotated[int, arg(help="seed of the flock")] = 242,
+    predator: Predator = None,
     output: Annotated[
         Path | None,
         *optional(
@@ -233,21 +238,25 @@ def watch(
 
     The page plays fixed ranges, networks and simple rules; others are recorded.
 
+    With --predator, all are recorded.
+
     Example: flockesc watch fixed:12 stubborn-leaders --seed 242
     """
     check_output(output, [_PAGE, *_VIDEOS])
-    chosen = scenario.build()
-    if not isinstance(chosen, FlockScenario):
-        raise InputError("scenario", "a scenario of a flock", "one of a line")
     specs = policies or _DEFAULT
     runs = {spec: _load_run(Path(spec)) for spec in specs if records.is_run(Path(spec))}
     found = [(spec, policy_of(spec)) for spec in specs if spec not in runs]
+    known = [policy for _, policy in found if isinstance(policy.scenario, FlockScenario)]
+    chosen, hunter = scenario.hunted(known, predator)
+    if not isinstance(chosen, FlockScenario):
+        raise InputError("scenario", "a scenario of a flock", "one of a line")
 
     is_video = output is not None and suffix_of(output) in _VIDEOS
     if is_video:
         require("video", ["pygame", "imageio_ffmpeg"])
     # Also those that a page plays by itself: one that cannot play is refused.
-    played = {spec: (spec, run_once(chosen, policy=policy, seed=seed)) for spec, policy in found}
+    given: Any = {"seed": seed, "predator_policy": hunter}
+    played = {spec: (spec, run_once(chosen, policy=policy, **given)) for spec, policy in found}
     shown = [(runs | played)[spec] for spec in specs]
     if output is not None and is_video:
         from flockesc_env.render.video import write_video
@@ -257,8 +266,8 @@ def watch(
             write_video(shown, output, progress=report)
         note(f"saved: {output}")
         return Exit.DONE
-    if runs or not has_engine():
-        if not runs:
+    if runs or hunter or not has_engine():
+        if not (runs or hunter):
             note(
                 "This build has no engine for pages: the page replays. `make engine` builds it in a checkout."
             )

@@ -101,7 +101,9 @@ def run(
         raise InputError("output", expected, repr(str(output)))
     ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
     if not 0 < seeds.stop - seeds.start < 2**63:
-        raise InputError("seeds", "START:STOP with START below STOP", f"{seeds.start}:{seeds.stop}")
+        raise InputError(
+            "seeds", "N >= 1, or START:STOP with START below STOP", f"{seeds.start}:{seeds.stop}"
+        )
     for seed in (seeds.start, seeds.stop - 1):
         as_seed(seed, "seeds")
     threads = as_threads(num_threads)

@@ -5,25 +5,35 @@ from __future__ import annotations
 import secrets
 import tomllib
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import msgspec
 from tyro.conf import Positional, arg
 
-from flockesc_env.cli.flags import EXPECTED, Json, Threads, described, optional, policy_of, several
+from flockesc_env.cli.flags import (
+    EXPECTED,
+    Json,
+    Threads,
+    described,
+    optional,
+    policy_of,
+    scenario_named,
+    several,
+)
 from flockesc_env.cli.output import Exit, check_folder, check_output, note, saving, show, show_json, table
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
+from flockesc_env.policies.compare import compare as compare_in
 from flockesc_env.scenario.options import to_plain
-from flockesc_env.taskset.definition import FLOCKS, VERSION
+from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.taskset.results import SUFFIX, UNVERIFIED, Result, Training, check_learner, write_result
 from flockesc_env.taskset.scoring import LoadedPolicy, draw_flocks
 from flockesc_env.taskset.scoring import score as play_all
 from flockesc_env.taskset.scoring import verify as play_again
-from flockesc_env.taskset.task import tasks
+from flockesc_env.taskset.task import FLOCKS, VERSION, tasks
 
-MODEL = "PPO:FILE.zip (a model of stable-baselines3)"
 _TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
 
 TaskName = Annotated[str, arg(help="name of a task; flockesc tasks lists them")]
@@ -56,8 +66,14 @@ def run(*, json: Json = False) -> Exit:
     head = ["task", "range per", "J", "samples", "scored in", "score 0", "score 1", "reference", "rule"]
     rows = [
         [
-            *(task.name, task.actor, task.spec.symbol, f"{task.samples:,}", name),
-            *(task.spec.text(scale.zero), task.spec.text(scale.one), scale.reference),
+            task.name,
+            task.actor,
+            task.spec.symbol,
+            f"{task.samples:,}",
+            name,
+            task.spec.text(scale.zero),
+            task.spec.text(scale.one),
+            scale.reference,
             f"{task.shortcut.policy} {task.shortcut.score:.3f}",
         ]
         for task in tasks.values()
@@ -74,44 +90,71 @@ def run(*, json: Json = False) -> Exit:
 def compare(
     policies: Annotated[
         Positional[tuple[str, ...]],
-        arg(
-            help=f"{EXPECTED}, or {MODEL}; none: the best fixed range and the rule alone", metavar="POLICY .."
-        ),
+        arg(help=f"{EXPECTED}; none with --task: its rule alone", metavar="POLICY .."),
     ] = (),
     *,
-    task: TaskName,
-    scenario: Annotated[str | None, *optional("scenario of the task", "its first one")] = None,
+    task: Annotated[str | None, *optional("name of a task; flockesc tasks lists them", "none")] = None,
+    scenario: Annotated[
+        str | None,
+        *optional(
+            "preset or scenario file; with --task one of its scenarios",
+            "that of the task or policy",
+        ),
+    ] = None,
     flocks: Annotated[int, arg(help="number of held-out flocks, or lines")] = 200,
+    objective: Annotated[str | None, *optional("objective, without --task", "that of the policy")] = None,
     output: Annotated[
         Path | None, *optional("folder for table and objectives", "print the table only")
     ] = None,
     num_threads: Threads = None,
+    json: Json = False,
 ) -> Exit:
-    """Compare policies with the best fixed range and a rule, on held-out flocks.
+    """Compare policies with the best fixed range, in a task or any scenario.
 
-    The task says what a policy may see.
+    A task says what a policy may see, and has a rule.
 
     --output writes table.md and episodes.parquet.
 
-    Example: flockesc compare ppo-0.npz --task per-agent-visible
+    Example: flockesc compare stubborn-leaders --scenario pursuit
     """
     require("analysis", ["polars", "scipy"])
-    chosen = tasks[task]
+    if task is not None and objective is not None:
+        raise InputError("objective", f"none beside --task, which has {tasks[task].spec.name}", objective)
+    chosen = None if task is None else tasks[task]
     if output is not None:
         check_folder(output)
     entries = [policy_of(spec, task=chosen) for spec in policies]
-    found = chosen.compare(*entries, scenario=scenario, num_flocks=flocks, num_threads=num_threads)
-    show(*str(found).split("\n"))
-    if output is not None:
-        found.write(output)
-        note(f"saved: {output}")
+    if chosen is not None:
+        found = chosen.compare(*entries, scenario=scenario, num_flocks=flocks, num_threads=num_threads)
+    else:
+        model = scenario if scenario is None or scenario in PRESETS else scenario_named(scenario)
+        found = compare_in(
+            model,
+            *entries,
+            num_flocks=flocks,
+            num_tuning=flocks,
+            objective=objective,
+            num_threads=num_threads,
+        )
+    document = {
+        "command": "compare",
+        "task": found.task,
+        "scenario": found.scenario,
+        "objective": found.spec.name,
+        "seeds": found.search.seeds.tolist(),
+        "policies": {name: asdict(row) for name, row in found.rows.items()},
+    }
+    with saving(document if json else str(found).split("\n")):
+        if output is not None:
+            found.write(output)
+            note(f"saved: {output}")
     return Exit.DONE
 
 
 def score(
     policies: Annotated[
         Positional[tuple[str, ...]],
-        several(f"all training seeds of a learner, or a rule: {EXPECTED}, or {MODEL}", "POLICY .."),
+        several(f"all training seeds of a learner, or a rule: {EXPECTED}", "POLICY .."),
     ],
     *,
     task: TaskName,
@@ -119,6 +162,7 @@ def score(
     training: Annotated[
         Path | None, *optional(f"how the learner was trained: {_TRAINING}", "nothing is said")
     ] = None,
+    flocks: Annotated[int | None, *optional("play the first flocks only: a draft, no result", "all")] = None,
     output: Annotated[Path | None, *optional("write the result (.json)", "print it only")] = None,
     json: Json = False,
 ) -> Exit:
@@ -126,11 +170,15 @@ def score(
 
     A learner is all its training seeds, not the best one: give all of its files.
 
+    With --flocks, the score is a draft: that of all flocks differs.
+
     Example: flockesc score ppo-0.npz ppo-1.npz --task per-agent-local
     """
     if not policies:
         raise InputError("policies", "at least one policy", "none")
     check_output(output, [SUFFIX])
+    if flocks is not None and output is not None:
+        raise InputError("output", "none with --flocks, because a result needs all flocks", repr(str(output)))
     chosen = tasks[task]
     found = [LoadedPolicy.of(spec, lambda code: policy_of(code, task=chosen)) for spec in policies]
     name = learner or found[0].policy.name
@@ -148,9 +196,10 @@ def score(
         output=output,
         training=facts,
         report=lambda spec: note(f"playing {spec}"),
+        num_flocks=flocks,
     )
     document = {"command": "score", **msgspec.to_builtins(result), "scores": result.scores().tolist()}
-    with saving(document if json else _lines(result, FLOCKS)):
+    with saving(document if json else _lines(result, FLOCKS[: result.flocks[1]])):
         if output is not None:
             write_result(result, output)
             note(f"saved: {output}")
@@ -162,6 +211,7 @@ def verify(
     *,
     flocks: Annotated[int | None, *optional("play some flocks only, drawn at random", "all")] = None,
     draw: Annotated[int | None, *optional("seed of a draw, which repeats it", "a new one")] = None,
+    json: Json = False,
 ) -> Exit:
     """Play results again and refuse them unless every objective has the same bits.
 
@@ -184,8 +234,10 @@ def verify(
         draw = secrets.randbits(32) if draw is None else draw
         played = draw_flocks(flocks, draw)
         note(f"playing {len(played):,} of {len(FLOCKS):,} flocks, which --draw {draw} repeats")
-    code = Exit.DONE
+    code, reports = Exit.DONE, []
     for path in files:
+        report: dict[str, Any] = {"file": str(path), "outcome": "refused", "error": None}
+        reports.append(report)
         try:
             result = play_again(path, flocks=played)
         except (FlockescError, OSError) as error:
@@ -193,20 +245,29 @@ def verify(
             if isinstance(error, OSError):
                 reason = f"{error.filename}: {error.strerror} (flockesc score --output {path} writes one)"
             note(f"refused: {reason}")
-            code = Exit.REFUSED
-        else:
+            code, report["error"] = Exit.REFUSED, reason
+            continue
+        report |= {"outcome": "verified", "task": result.task, "learner": result.learner}
+        if flocks is None:
+            report["scores"] = result.scores().tolist()
+        if not json:
             facts = _lines(result, played)
             head = f"{path}: verified: {len(played):,} of {len(FLOCKS):,} flocks"
             show(f"{head}, {len(result.policies)} policies; not verified: {UNVERIFIED}", *facts)
+    if json:
+        show_json({"command": "verify", "flocks": played, "files": reports, "unverified": UNVERIFIED})
     return code
 
 
 def _lines(result: Result, flocks: Sequence[int]) -> list[str]:
     """Return the mean objective of flocks in every scenario; if they are all, also the score."""
     task, scores, at = tasks[result.task], result.scores(), [seed - FLOCKS.start for seed in flocks]
-    is_whole = len(flocks) == len(FLOCKS)
+    is_whole, is_draft = len(flocks) == len(FLOCKS), result.flocks[1] < len(FLOCKS)
     lines = [f"{task.name}, {result.learner}: means of these flocks"]
-    if is_whole:
+    if is_draft:
+        count = f"{len(flocks):,} of {len(FLOCKS):,} flocks"
+        lines = [f"{task.name}, {result.learner}: draft score {scores.mean():.3f} on {count}, no result"]
+    elif is_whole:
         spread = f" (training seeds: {scores.min():.3f} to {scores.max():.3f})" if len(scores) > 1 else ""
         marks = "; played by its author's code" if result.is_code else ""
         lines = [f"{task.name}, {result.learner}: score {scores.mean():.3f}{spread}{marks}"]

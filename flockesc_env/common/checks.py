@@ -160,6 +160,12 @@ def as_choice(value: Any, field: str, known: Iterable[str]) -> Any:
     return str(value)
 
 
+def as_name(value: Any, field: str, known: Collection[str]) -> Any:
+    """Return one of the ``known`` names in lower case; capitals and ``_`` instead of ``-`` are accepted."""
+    folded = value.lower().replace("_", "-") if isinstance(value, str) else value
+    return as_choice(folded if isinstance(folded, str) and folded in known else value, field, known)
+
+
 def as_text(value: Any, field: str) -> str:
     """Return a str."""
     if not isinstance(value, str):
@@ -179,16 +185,6 @@ def as_instance(value: Any, field: str, kind: type[_T]) -> _T:
     """Return an instance of ``kind``."""
     if not isinstance(value, kind):
         raise InputError(field, f"a {kind.__name__}", shown(value))
-    return value
-
-
-def as_predator_policy(value: Any) -> Any:
-    """Return a predator policy: an object with a method ``act`` that is not a policy of a flock."""
-    is_policy = not isinstance(value, type) and callable(getattr(value, "act", None))
-    if not is_policy or getattr(value, "sets_ranges", False):
-        expected = "Pursue(), SB3Policy(model) of a predator's model or an object with a method act"
-        given = f"{shown(value)}, which sets ranges of a flock" if is_policy else shown(value)
-        raise InputError("predator_policy", expected, given)
     return value
 
 

@@ -57,7 +57,10 @@ class FlockescError(Exception):
 
 
 class InputError(FlockescError, ValueError):
-    """An input has the wrong type or value.
+    """An input has the wrong type, shape or value.
+
+    Every function and class of the package raises it, before anything has changed. "Raises" in a docstring
+    names only errors that do not follow from the description of the arguments.
 
     Attributes:
         field: name or path of the rejected value, for example ``predators[0].pure_pursuit.max_turn_rate``.

@@ -7,10 +7,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ndtri, stdtrit
 
 from flockesc_env.common.checks import as_floats, as_vector
 from flockesc_env.common.errors import InputError
+from flockesc_env.common.extras import require
+
+require("analysis", ["scipy"])
+from scipy.special import ndtri, stdtrit  # noqa: E402, after the check
 
 FloatArray = NDArray[np.float64]
 

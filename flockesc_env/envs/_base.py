@@ -6,24 +6,29 @@ can be copied (``copy.deepcopy``) and pickled at any time.
 
 from __future__ import annotations
 
+import inspect
 import sys
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy, deepcopy
 from functools import wraps
 from operator import attrgetter
-from typing import Any, ClassVar, Generic, Literal, TypeVar, cast
+from typing import Any, ClassVar, Generic, Literal, TypeVar, cast, get_args
 
 from gymnasium import logger
 from gymnasium.envs.registration import EnvSpec
 
-from flockesc_env.common.checks import as_flag
+from flockesc_env.common.checks import as_choice, as_flag
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.batch import FlockBatch, Observations
+from flockesc_env.episodes.batch import FlockBatch, Observations, PredatorBatch
 from flockesc_env.episodes.current_state import FlockView
-from flockesc_env.episodes.predators import PredatorPolicy
+from flockesc_env.episodes.predators import AnyPredatorPolicy, PredatorPolicy
+from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.episodes.starts import Scenarios, as_scenarios
-from flockesc_env.render import RenderOptions
+from flockesc_env.policies.registry import as_flock_policy, as_predator_policy
+from flockesc_env.policies.rollout import AnyPolicy
+from flockesc_env.policies.rules import FixedRange
+from flockesc_env.policies.setup import setup
 from flockesc_env.render.frames import live_frames
 from flockesc_env.render.viewer import RENDER_MODES, Image, Viewer, as_viewer
 from flockesc_env.scenario.flock import FlockScenario
@@ -43,25 +48,30 @@ class FlockArguments(EnvOptionsDict, total=False):
         render_mode: ``"rgb_array"``: ``render`` returns an image; ``"human"``: a window shows every reset
             and step; ``None``: no rendering. The first picture raises ``DependencyNotInstalled`` if pygame is
             not installed.
-        render_options: what the images show; ``None``: the defaults of ``RenderOptions``.
+        render_size: width and height of the images in pixels, an even number from 160 to 16384; by default
+            512.
         num_threads: number of threads for many flocks or one large flock; ``None``: one per core. Results do
             not depend on it.
-        predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
-            ``SB3Policy``. ``None``: they fly straight on, or act in ``step`` if they are agents.
+        predator_policy: controls the ``Learned`` predators: a policy of predators, its name (``"pursue"``) or
+            path, or a model of stable-baselines3. ``None``: they fly straight on, or act in ``step`` if they
+            are agents.
     """
 
     render_mode: str | None
-    render_options: RenderOptions | None
+    render_size: int
     num_threads: int | None
-    predator_policy: PredatorPolicy | None
+    predator_policy: AnyPredatorPolicy | None
 
 
 class LineArguments(LineOptionsDict, total=False):
     """Keyword arguments of the line environment: ``LineOptions``, and rendering as in ``FlockArguments``."""
 
     render_mode: str | None
-    render_options: RenderOptions | None
+    render_size: int
 
+
+Side = Literal["flock", "predator"]
+"""Whose observations and actions an environment has."""
 
 Infos = Literal["all", "end"]
 """Which ``info`` dicts of ``step`` have entries: all, or those of agents or slots whose episode has ended."""
@@ -86,6 +96,12 @@ def survives_interrupts(method: Method) -> Method:
             raise
 
     return cast("Method", call)
+
+
+def named_arguments(function: Callable[..., Any]) -> list[str]:
+    """Return the names of the arguments of a function that have a default."""
+    parameters = inspect.signature(function).parameters.values()
+    return [parameter.name for parameter in parameters if parameter.default is not parameter.empty]
 
 
 def read_only(name: str, path: str) -> Any:
@@ -140,7 +156,7 @@ class Viewed:
 
     def _prepare_rendering(self, arguments: Mapping[str, Any], fps: int, count: int = 1) -> None:
         self._render_mode = arguments.get("render_mode")
-        self._viewer = as_viewer(self._render_mode, arguments.get("render_options"), fps, count)
+        self._viewer = as_viewer(self._render_mode, arguments.get("render_size", 512), fps, count)
         self.metadata = {**deepcopy(self.metadata), "render_fps": fps}
 
 
@@ -207,22 +223,28 @@ class FlockEnvironment(Viewed):
         arguments: FlockArguments,
         *,
         num_flocks: int = 1,
-        per_agent: bool = False,
+        per_agent: bool | None = None,
+        max_actions: int | None = None,
+        side: Side = "flock",
+        flock_policy: AnyPolicy = None,
     ) -> None:
         given = self._as_scenarios(scenario)
         first = given if isinstance(given, FlockScenario) else given[0]
-        self._batch = batch = FlockBatch(
-            given,
-            first.env_options(arguments, self._arguments),
-            num_flocks=num_flocks,
-            per_agent=as_flag(per_agent, "per_agent"),
-            num_threads=arguments.get("num_threads"),
-            predator_policy=arguments.get("predator_policy"),
-        )
-        self.policy_spec = batch.policy_spec
-        seconds = first.time_step * batch.options.steps_per_action
+        options = first.env_options(arguments, self._arguments, named_arguments(type(self).__init__))
+        batch: dict[str, Any] = {"num_flocks": num_flocks, "max_actions": max_actions}
+        batch |= {"num_threads": arguments.get("num_threads")}
+        if as_choice(side, "side", get_args(Side)) == "predator":
+            self._batch: FlockBatch = _predator_batch(given, arguments, per_agent, flock_policy, batch)
+        elif flock_policy is not None:
+            raise InputError("flock_policy", "side='predator' beside it", shown(flock_policy))
+        else:
+            is_per_agent = per_agent is not None and as_flag(per_agent, "per_agent")
+            hunter = as_predator_policy(arguments.get("predator_policy"))
+            self._batch = FlockBatch(given, options, per_agent=is_per_agent, predator_policy=hunter, **batch)
+        self.policy_spec: PolicySpec = self._batch.row_spec
+        seconds = first.time_step * self._batch.options.steps_per_action
         fps = max(1, round(min(1.0 / seconds, 1000.0)))  # real time, at most 1000 pictures per second
-        self._prepare_rendering(arguments, fps, batch.num_flocks)
+        self._prepare_rendering(arguments, fps, self._batch.num_flocks)
 
     def _as_scenarios(self, given: Any) -> FlockScenario | list[FlockScenario]:
         scenario: FlockScenario = as_scenario(given, FlockScenario)
@@ -245,7 +267,7 @@ class FlockEnvironment(Viewed):
     def _restore(self, state: Any, flocks: Any = None) -> Observations:
         """Restore flocks from a snapshot and return the observations of all flocks."""
         self._restart_pictures(self._batch.set_state(state, flocks))
-        return self._batch.core.observe(range(self._batch.num_flocks))
+        return self._batch.observe(range(self._batch.num_flocks))
 
     def _restart_pictures(self, slots: Sequence[int]) -> None:
         """Begin the pictured history of some flocks again."""
@@ -253,6 +275,25 @@ class FlockEnvironment(Viewed):
             for slot in slots:
                 self._viewer.frames[slot] = None  # the history is another one
         self._show()
+
+
+def _predator_batch(
+    given: FlockScenario | list[FlockScenario],
+    arguments: FlockArguments,
+    per_agent: bool | None,
+    flock_policy: AnyPolicy,
+    batch: dict[str, Any],
+) -> PredatorBatch:
+    """Return a batch whose rows are predators; the flock policy plays with the options that it knows."""
+    if "predator_policy" in arguments:
+        raise InputError("predator_policy", "actions of the predator in step()", "a policy")
+    scenarios = [given] if isinstance(given, FlockScenario) else given
+    scenarios = [each if each.num_learned else each.with_learned_predators() for each in scenarios]
+    player = as_flock_policy(FixedRange(10.0) if flock_policy is None else flock_policy, "flock_policy")
+    options: Any = {key: value for key, value in arguments.items() if key in EnvOptionsDict.__annotations__}
+    entry = setup(player, scenarios[0], per_agent=per_agent, **options)
+    batch = {**batch, "flock_policy": entry.policy, "per_agent": entry.per_agent}
+    return PredatorBatch(scenarios if len(scenarios) > 1 else scenarios[0], entry.options, **batch)
 
 
 class OneFlock(FlockEnvironment, Generic[ObsType]):
@@ -336,5 +377,5 @@ class ManyFlocks(FlockEnvironment):
 
 
 def agent_names(kind: str, count: int) -> list[str]:
-    """Return the names ``kind_0``, .. of agents, with leading zeros so that all have the same length."""
-    return [f"{kind}_{i:0{len(str(count - 1))}d}" for i in range(count)]
+    """Return the names ``kind_0``, ``kind_1``, .. of agents."""
+    return [f"{kind}_{i}" for i in range(count)]

@@ -9,15 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import FloatArray, as_seed
-from flockesc_env.common.errors import InputError, ResetNeededError
+from flockesc_env.common.errors import InputError
 from flockesc_env.envs._base import FlockArguments, OneFlock, Registered, survives_interrupts
 from flockesc_env.episodes.batch import Observations, info_dicts, is_over
-from flockesc_env.episodes.predators import reset_policy
-from flockesc_env.policies.base import Policy
-from flockesc_env.policies.registry import as_flock_policy
-from flockesc_env.policies.rules import FixedRange
+from flockesc_env.policies.rollout import AnyPolicy
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.presets import as_scenario
 
 
 class GymnasiumEnv(Registered, OneFlock[Observations], gymnasium.Env[Observations, Any]):
@@ -50,6 +46,10 @@ class GymnasiumEnv(Registered, OneFlock[Observations], gymnasium.Env[Observation
         observation = self._resume(rows)
         self._show()
         return observation, info_dicts(columns, self._ranges_at_start)[0]
+
+    def _resume(self, rows: Observations) -> Observations:
+        observation: Observations = rows[0]
+        return observation
 
 
 class FlockEscapeEnv(GymnasiumEnv):
@@ -95,10 +95,6 @@ class FlockEscapeEnv(GymnasiumEnv):
         terminated = bool(is_over(info))
         return observation, reward, terminated, has_ended and not terminated, info
 
-    def _resume(self, rows: Observations) -> Observations:
-        observation: Observations = rows[0]
-        return observation
-
 
 class PredatorEnv(GymnasiumEnv):
     """A predator that attacks a flock, ``flockesc/Predator-v1``; the action is its acceleration.
@@ -111,39 +107,29 @@ class PredatorEnv(GymnasiumEnv):
         scenario: the flock model's parameters, or a preset's name; default: the paper's. Exactly one
             predator must be ``Learned``; if none is, ``scenario.with_learned_predators()`` is used.
         flock_policy: sets the ranges of the flock: a policy, its name or path, or a model of
-            stable-baselines3; ``None``: ``FixedRange(10.0)``.
-        per_agent: True: the flock policy sets one range per agent. False: one for the flock.
+            stable-baselines3; ``None``: ``FixedRange(10.0)``. It plays with the options that it knows.
+        per_agent: True: the flock policy sets one range per agent. False: one for the flock. ``None``: as in
+            ``rollout``.
         **arguments: see ``FlockArguments`` (without ``predator_policy``) and ``EnvOptions``.
 
     Raises:
         InputError: as ``FlockEscapeEnv``, and if several predators are ``Learned``.
     """
 
-    _flock_observations: Observations
-
     def __init__(
         self,
         scenario: FlockScenario | str | None = None,
         *,
-        flock_policy: Policy | str | None = None,
-        per_agent: bool = False,
+        flock_policy: AnyPolicy = None,
+        per_agent: bool | None = None,
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        if "predator_policy" in arguments:
-            raise InputError("predator_policy", "actions of the predator in step()", "a policy")
-        given = as_scenario(scenario, FlockScenario)
-        if not given.num_learned:
-            given = given.with_learned_predators()
-        super().__init__(given, arguments, per_agent=per_agent)
-        spec = self._batch.predator_policy_spec
-        if spec.count != 1:
-            raise InputError("predators", "exactly one Learned predator", spec.count)
-        self.policy_spec = spec  # type: ignore[assignment]
-        chosen = FixedRange(10.0) if flock_policy is None else flock_policy
-        self.flock_policy = as_flock_policy(chosen, "flock_policy")
-        self.flock_policy.check(self.options, per_agent=per_agent)
-        self.observation_space = spec.layout.space()
-        self.action_space = spec.space()
+        super().__init__(scenario, arguments, per_agent=per_agent, side="predator", flock_policy=flock_policy)
+        if self._batch.rows != 1:
+            raise InputError("predators", "exactly one Learned predator", self._batch.rows)
+        self.flock_policy = self._batch.flock_policy
+        self.observation_space = self.policy_spec.layout.space()
+        self.action_space = self.policy_spec.space()
 
     @survives_interrupts
     def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
@@ -153,25 +139,9 @@ class PredatorEnv(GymnasiumEnv):
             action: acceleration ahead, to the left and, if D = 3, up, in units of ``max_acceleration``, shape
                 (D,).
         """
-        predator_actions = self._batch.predator_policy_spec.plain(action, None, "action")
-        if self._batch.core.has_ended(0):
-            raise ResetNeededError("step() called after the end of the episode; call reset()")
-        ranges = self.flock_policy.act(self._flock_observations, self._batch.policy_spec)
-        step = self._batch.step(ranges, predator_actions=predator_actions)
-        self._flock_observations, _, ended, _, columns = step
-        has_ended, info = bool(ended[0]), info_dicts(columns)[0]
+        given = self._batch.row_spec.plain(action, None, "action")
+        rows, rewards, ended, _, columns = self._batch.step(given)
+        info = info_dicts(columns)[0]
         self._show()
-        reward = float(self._batch.core.predator_rewards()[0])
         terminated = bool(is_over(info))
-        truncated = has_ended and not terminated
-        return self._batch.core.observe([0], "predators")[0], reward, terminated, truncated, info
-
-    def _settle(self) -> None:
-        super()._settle()
-        self._resume(self._batch.core.observe([0]))
-
-    def _resume(self, rows: Observations) -> Observations:
-        self._flock_observations = rows
-        reset_policy(self.flock_policy, np.ones(len(rows), bool))
-        observation: Observations = self._batch.core.observe([0], "predators")[0]
-        return observation
+        return rows[0], float(rewards[0]), terminated, bool(ended[0]) and not terminated, info

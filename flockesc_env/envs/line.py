@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import as_bytes, as_floats, as_options, as_seed
 from flockesc_env.common.errors import ResetNeededError
-from flockesc_env.envs._base import LineArguments, Registered, read_only, survives_interrupts
+from flockesc_env.envs._base import LineArguments, Registered, named_arguments, read_only, survives_interrupts
 from flockesc_env.episodes.current_state import LineView
 from flockesc_env.episodes.spaces import policy_spec
 from flockesc_env.episodes.starts import episode_seed, fresh_seed
@@ -48,7 +48,8 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
         self, scenario: LineScenario | str | None = None, **arguments: Unpack[LineArguments]
     ) -> None:
         self._scenario = as_scenario(scenario, LineScenario)
-        self._options = self._scenario.env_options(arguments, LineArguments)
+        own = named_arguments(type(self).__init__)
+        self._options = self._scenario.env_options(arguments, LineArguments, own)
         self._document = self._options.to_core()
         _core.LineEpisode(self._scenario.to_json(), self._document, 0)  # raises if there is no predator
         self._episode: _core.LineEpisode | None = None

@@ -1,4 +1,4 @@
-"""PettingZoo environments of a flock: every agent sets its own interaction range."""
+"""PettingZoo environments of a flock: an agent per range, and one per learned predator."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pettingzoo import AECEnv, ParallelEnv
 from pettingzoo.utils.conversions import parallel_to_aec_wrapper
 from pettingzoo.utils.wrappers import OrderEnforcingWrapper
 
-from flockesc_env.common.checks import FloatArray, as_choice, as_mapping, as_seed
+from flockesc_env.common.checks import FloatArray, as_choice, as_flag, as_mapping, as_seed
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs._base import FlockArguments, Infos, OneFlock, agent_names, survives_interrupts
 from flockesc_env.episodes.batch import Step, info_dicts, is_over, with_ranges
@@ -33,12 +33,15 @@ class ParallelArguments(FlockArguments, total=False):
     """Keyword arguments of the PettingZoo environments: ``FlockArguments`` and the following.
 
     Attributes:
+        per_agent: True: every agent of the flock is an agent (``agent_0``, ..). False: the only agent is
+            ``flock``, whose action is the range of all, as in ``FlockEscapeEnv``.
         infos: which ``info`` dicts of ``step`` have entries. ``"all"``: all. ``"end"``: those of agents whose
             episode has ended in this step; the others share one new empty dict, which is faster.
         state: what the method ``state`` returns. ``"full"``: positions and velocities. ``"flock_view"``: the
             observation of ``FlockEscapeEnv`` without optional entries; its ``last_range`` is a mean.
     """
 
+    per_agent: bool
     infos: Infos
     state: StateKind
 
@@ -49,7 +52,8 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     docs/model.md describes observations, rewards and ``info``. With a team reward all agents get the same
     reward. All agents are truncated after ``scenario.num_steps`` model steps. An agent that is caught
     terminates: it receives the reward of that step and an observation of zeros, and is removed from
-    ``agents``.
+    ``agents``. With ``per_agent=False`` the agent ``flock`` terminates when all are caught; its episodes are
+    those of ``FlockEscapeEnv``, bit for bit.
 
     Without a ``predator_policy``, ``Learned`` predators are also agents (``predator_0``, ..), with their own
     observation and action spaces. The reward of each is minus the mean reward of the flock's agents.
@@ -68,16 +72,17 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     def __init__(
         self, scenario: FlockScenario | str | None = None, **arguments: Unpack[ParallelArguments]
     ) -> None:
-        super().__init__(scenario, arguments, per_agent=True)
+        view = as_flag(arguments.get("per_agent", True), "per_agent")
+        super().__init__(scenario, arguments, per_agent=view)
         self.predator_policy_spec = self._batch.predator_policy_spec
         count = self.scenario.num_agents
-        self._flock = agent_names("agent", count)
+        self._flock = agent_names("agent", count) if self.policy_spec.per_agent else ["flock"]
         are_agents = arguments.get("predator_policy") is None
         num_predators = self.predator_policy_spec.count if are_agents else 0
         self._predators = agent_names("predator", num_predators)
         self.possible_agents = self._flock + self._predators
         self.agents: list[str] = []
-        self._caught = np.zeros(count, np.bool)
+        self._caught = np.zeros(len(self._flock), np.bool)
         # False for every name in `agents`. Copying this dict takes a tenth of the time of building one.
         self._false: dict[str, bool] = {}
         self.observation_spaces = {agent: self.policy_spec.layout.space() for agent in self._flock}
@@ -171,7 +176,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         else:
             shared: dict[str, Any] = {}
             infos = dict.fromkeys(names, shared)
-        if self._batch.rows_can_be_caught and (caught := self._caught[acting]).any():
+        if self.scenario.capture_radius is not None and (caught := self._caught[acting]).any():
             terminated = is_over(info)
             left = has_ended and not terminated
             terminations = self._by_name(agents, caught.tolist(), [terminated] * count)
@@ -272,8 +277,9 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         return rows, rewards, has_ended, info_dicts(columns)[0]
 
     def _name_agents(self, *, has_ended: bool) -> None:
-        """Update ``agents`` and the caught agents after a step."""
-        self._caught = self._batch.core.caught()[0]
+        """Update ``agents`` and the caught agents after a step; ``flock`` is caught when all are."""
+        caught = self._batch.core.caught()[0]
+        self._caught = caught if self.policy_spec.per_agent else caught.all(keepdims=True)
         self.agents = [] if has_ended else [*compress(self._flock, ~self._caught), *self._predators]
         self._false = dict.fromkeys(self.agents, False)
 

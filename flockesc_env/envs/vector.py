@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Unpack
+from typing import Any, Unpack, get_args
 
 import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
@@ -22,9 +22,10 @@ from flockesc_env.common.checks import (
 )
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs import _autoreset
-from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, survives_interrupts
+from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, Side, survives_interrupts
 from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, Observations
 from flockesc_env.episodes.starts import Scenarios, as_scenarios, consecutive_seeds
+from flockesc_env.policies.rollout import AnyPolicy
 from flockesc_env.scenario.flock import FlockScenario
 
 VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]
@@ -52,7 +53,11 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
             of one flock, or of one flock per scenario of a list.
         scenario: the flock model's parameters, or a preset's name; default: the paper's. A list contains one
             scenario per flock (docs/environments.md, "Several scenarios").
-        per_agent: True: one slot per agent. False: one slot per flock.
+        per_agent: True: one slot per agent. False: one slot per flock. With ``side="predator"``, which view
+            the flock policy has, as for ``PredatorEnv``.
+        side: ``"predator"``: one slot per ``Learned`` predator, as ``flockesc/Predator-v1`` has. Slots of one
+            predator return the same values as ``SyncVectorEnv`` over ``PredatorEnv``, bit for bit.
+        flock_policy: with ``side="predator"``, sets the ranges; see ``PredatorEnv``.
         autoreset_mode: what happens after the end of an episode, as the enum or its value (``"NextStep"``,
             ``"SameStep"``, ``"Disabled"``).
         copy: True: ``reset`` and ``step`` return new arrays. False: the next call overwrites the returned
@@ -70,7 +75,9 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         num_envs: int | None = None,
         scenario: Scenarios | None = None,
         *,
-        per_agent: bool = False,
+        per_agent: bool | None = None,
+        side: Side = "flock",
+        flock_policy: AnyPolicy = None,
         autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP,
         copy: bool = True,
         max_episode_steps: int | None = None,
@@ -81,17 +88,24 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         self.autoreset_mode = AutoresetMode(as_choice(mode, "autoreset_mode", modes))
         given = as_scenarios(scenario)
         scenarios = [given] if isinstance(given, FlockScenario) else given
-        rows = scenarios[0].num_agents if as_flag(per_agent, "per_agent") else 1
+        rows, of = 1, "scenario.num_agents"
+        if as_choice(side, "side", get_args(Side)) == "predator":
+            rows, of = scenarios[0].num_learned or len(scenarios[0].predators), "the number of predators"
+        elif per_agent is not None and as_flag(per_agent, "per_agent"):
+            rows = scenarios[0].num_agents
         slots = len(scenarios) * rows
         if num_envs is not None:
             slots = as_count(num_envs, "num_envs", most=MAX_FLOCKS * rows)
         if slots % rows:
-            raise InputError("num_envs", f"a multiple of scenario.num_agents = {rows}", slots)
-        super().__init__(given, arguments, num_flocks=slots // rows, per_agent=per_agent)
-        self._limit = self._as_limit(max_episode_steps)
+            raise InputError("num_envs", f"a multiple of {of} = {rows}", slots)
+        limit = None
+        if max_episode_steps is not None and as_integer(max_episode_steps, "max_episode_steps") != -1:
+            limit = as_count(max_episode_steps, "max_episode_steps")
+        playing: Any = {"num_flocks": slots // rows, "max_actions": limit, "side": side}
+        super().__init__(given, arguments, per_agent=per_agent, flock_policy=flock_policy, **playing)
         self.num_envs = slots
         self.single_observation_space = self.policy_spec.layout.space()
-        self.single_action_space = self.policy_spec.actions.space()
+        self.single_action_space = self.policy_spec.space()
         self.observation_space = batch_space(self.single_observation_space, self.num_envs)
         self.action_space = batch_space(self.single_action_space, self.num_envs)
         entries = len(self.policy_spec.layout.names)
@@ -131,7 +145,7 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         super().reset(seed=seeds[0])
         self._show()
         if is_partial:
-            observations = self._batch.core.observe(range(self._batch.num_flocks))
+            observations = self._batch.observe(range(self._batch.num_flocks))
         if self._out is not None:
             self._out[0][:] = observations
             observations = self._out[0].view()
@@ -153,7 +167,7 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
             ResetNeededError: if called before ``reset``, or after the end of an episode if autoreset is
                 disabled.
         """
-        step = _autoreset.step(self._batch, actions, self.autoreset_mode, self._out, self._limit)
+        step = _autoreset.step(self._batch, actions, self.autoreset_mode, self._out)
         columns = self._columns(step.columns, step.ranges, step.active)
         infos = self._infos(columns, np.ones(self.num_envs, np.bool))
         if step.ending is not None:
@@ -170,17 +184,9 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         """Close the window if one is open."""
         ManyFlocks.close(self)
 
-    def _as_limit(self, max_episode_steps: Any) -> int | None:
-        """Return the largest number of actions of an episode; ``None``: no episode reaches it."""
-        if max_episode_steps is None or as_integer(max_episode_steps, "max_episode_steps") == -1:
-            return None
-        actions = as_count(max_episode_steps, "max_episode_steps")
-        # `TimeLimit` also truncates an episode that terminates in its last action.
-        can_terminate = any(scenario.capture_radius is not None for scenario in self.scenarios)
-        return actions if actions < super()._num_actions() + can_terminate else None
-
     def _num_actions(self) -> int:
-        return super()._num_actions() if self._limit is None else self._limit
+        actions, limit = super()._num_actions(), self._batch.max_actions
+        return actions if limit is None else min(actions, limit)
 
     def _add_final(self, columns: Columns, ending: _autoreset.Ending, infos: dict[str, Any]) -> None:
         """Add ``final_obs`` and ``final_info`` of ended episodes. Other infos describe the new episodes."""
@@ -202,7 +208,8 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         """Return columns over slots, from columns over flocks and ranges and activity of slots."""
         rows = self._batch.rows
         slots = dict(columns) if rows == 1 else {name: each.repeat(rows) for name, each in columns.items()}
-        slots["interaction_range"] = ranges
+        if self._batch.flock_policy is None:
+            slots["interaction_range"] = ranges
         if self._batch.rows_can_be_caught and active is not None:
             slots["active"] = active
         return slots

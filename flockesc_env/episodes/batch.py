@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_predator_policy, as_threads
-from flockesc_env.common.errors import InputError
+from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_threads
+from flockesc_env.common.errors import InputError, ResetNeededError
 from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.spaces import policy_spec
 from flockesc_env.episodes.starts import as_start, distinct_scenarios, fresh_seed
@@ -44,10 +44,15 @@ class FlockBatch:
         num_flocks: number of slots.
         per_agent: True: a range and an observation row per agent. False: one per flock.
         num_threads, predator_policy: see ``FlockArguments``.
+        max_actions: number of actions after which an episode is truncated; ``None``: no limit.
 
     Attributes:
         core: the batch in the compiled core.
+        row_spec: what a row observes and sets.
     """
+
+    flock_policy: Any = None
+    """Sets the ranges of a ``PredatorBatch``."""
 
     def __init__(
         self,
@@ -58,31 +63,31 @@ class FlockBatch:
         per_agent: bool = False,
         num_threads: int | None = None,
         predator_policy: PredatorPolicy | None = None,
+        max_actions: int | None = None,
     ) -> None:
         self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
         self._distinct, self._scenario_of_slot = distinct_scenarios(scenario, self.num_flocks)
         self.scenario = first = self._distinct[0]  # of the first slot
         num_steps = max(distinct.num_steps for distinct in self._distinct)
         self.predator_policy_spec = replace(PredatorPolicySpec.of(first), num_steps=num_steps)
-        if predator_policy is not None:
-            as_predator_policy(predator_policy)
-            if not self.predator_policy_spec.count:
-                expected = "a scenario with a Learned predator; scenario.with_learned_predators() makes one"
-                kinds = ", ".join(type(predator).__name__ for predator in first.predators)
-                raise InputError("predator_policy", expected, kinds or "no predator")
+        if predator_policy is not None and not self.predator_policy_spec.count:
+            expected = "a scenario with a Learned predator; scenario.with_learned_predators() makes one"
+            kinds = ", ".join(type(predator).__name__ for predator in first.predators)
+            raise InputError("predator_policy", expected, kinds or "no predator")
         self.predator_policy = predator_policy
-        # Whether a slot's episode began after the predator policy's last action.
+        # Whether a slot's episode began after the last action of the policy that this batch follows.
         self._has_begun = np.zeros(self.num_flocks, np.bool)
-        self.options = options
+        self.options, self.max_actions = options, max_actions
         threads = as_threads(num_threads)
         self.policy_spec = replace(policy_spec(first, options, per_agent=per_agent), num_steps=num_steps)
+        self.row_spec: Any = self.policy_spec
         self.rows = self.policy_spec.rows  # observation rows and ranges per flock: 1, or the number of agents
         can_be_caught = any(distinct.capture_radius is not None for distinct in self._distinct)
-        self.rows_can_be_caught = per_agent and can_be_caught
+        self.rows_can_be_caught = self._has_caught = per_agent and can_be_caught
         self.core = _core.FlockBatch(
             [distinct.to_json() for distinct in self._distinct],
             self._scenario_of_slot,
-            options.to_core(per_agent=per_agent),
+            options.to_core(per_agent=per_agent, max_actions=max_actions),
             self.policy_spec.actions.core,
             threads,
             options.count_components,
@@ -130,11 +135,12 @@ class FlockBatch:
             predator_actions: actions of the ``Learned`` predators, shape (num_flocks * predators, D);
                 ``None``: the predator policy chooses them or, without a policy, they are 0.
         """
-        ignored = self.core.caught().ravel() if self.rows_can_be_caught else None
+        rows = self.policy_spec.rows
+        ignored = self.core.caught().ravel() if self._has_caught else None
         if at_end != "refuse":
-            ended = np.repeat(self.core.ended(), self.rows)
+            ended = np.repeat(self.core.ended(), rows)
             ignored = ended if ignored is None else ended | ignored
-        ranges = self.policy_spec.actions.to_ranges(actions, self.num_flocks * self.rows, ignored)
+        ranges = self.policy_spec.actions.to_ranges(actions, self.num_flocks * rows, ignored)
         return self.step_ranges(ranges, at_end=at_end, out=out, predator_actions=predator_actions)
 
     def step_ranges(
@@ -162,6 +168,10 @@ class FlockBatch:
         """
         return self.core.step_one(self.policy_spec.actions.to_range(action), self._hunt(None))
 
+    def observe(self, slots: Sequence[int]) -> Observations:
+        """Return the current observations of some slots."""
+        return self.core.observe(slots)
+
     def drawn(self, slot: int) -> FlockScenario:
         """Return the scenario of the current episode in one slot, with the drawn values of random fields."""
         scenario = self._distinct[self._scenario_of_slot[slot]]
@@ -183,7 +193,7 @@ class FlockBatch:
         return self.forget(chosen)  # a snapshot does not contain the memory of a predator policy
 
     def forget(self, slots: Sequence[int]) -> Sequence[int]:
-        """Clear the predator policy's memory of some slots before its next action and return the slots."""
+        """Clear the policy's memory of some slots before its next action and return the slots."""
         self._has_begun[slots] = True
         return slots
 
@@ -212,6 +222,58 @@ class FlockBatch:
         policy = cast("PredatorPolicy", self.predator_policy)
         actions = policy.act(observations, self.predator_policy_spec)
         return self.predator_policy_spec.plain(actions, len(observations), "actions of the predator policy")
+
+
+class PredatorBatch(FlockBatch):
+    """A batch whose rows are the ``Learned`` predators; ``flock_policy`` sets the ranges.
+
+    Rows are ordered by flock. The reward of a predator is minus the mean reward of its flock.
+    """
+
+    def __init__(self, *arguments: Any, flock_policy: Any, **options: Any) -> None:
+        super().__init__(*arguments, **options)
+        self.flock_policy, self._flock_rows = flock_policy, np.zeros((0, 0), np.float32)
+        self.row_spec = self.predator_policy_spec
+        self.rows, self.rows_can_be_caught = self.row_spec.count, False
+
+    def observe(self, slots: Sequence[int]) -> Observations:
+        """Return the current observations of the predators of some slots."""
+        return self.core.observe(slots, "predators")
+
+    def reset(self, slots: Sequence[int], *arguments: Any) -> tuple[Observations, Columns]:
+        """Start episodes in some slots as ``FlockBatch.reset``."""
+        _, columns = super().reset(slots, *arguments)
+        return self.observe(slots), columns
+
+    def step(
+        self,
+        actions: Any,
+        *,
+        at_end: AtEnd = "refuse",
+        out: tuple[Observations, FloatArray] | None = None,
+        predator_actions: FloatArray | None = None,  # noqa: ARG002
+    ) -> Step:
+        """Apply one action of every predator as ``FlockBatch.step``; the returned ranges are not set."""
+        ended, slots = self.core.ended(), range(self.num_flocks)
+        if at_end == "refuse" and ended.any():
+            message = f"step() called after the end of flock {ended.argmax()}'s episode; call reset()"
+            raise ResetNeededError(message)
+        ignored = ended.repeat(self.rows)
+        hunt = self.row_spec.plain(actions, len(ignored), "action", ignored)
+        if self._has_begun.any():
+            self._flock_rows = self.core.observe(slots)
+            reset_policy(self.flock_policy, self._has_begun.repeat(self.policy_spec.rows))
+            self._has_begun[:] = False
+        chosen = self.flock_policy.act(self._flock_rows, self.policy_spec)
+        step = super().step(chosen, at_end=at_end, predator_actions=hunt)
+        self._flock_rows, _, has_ended, _, columns = step
+        self._has_begun |= ended
+        observations = self.observe(slots)
+        rewards = np.where(ended, 0.0, self.core.predator_rewards()).repeat(self.rows)
+        if out is not None:
+            out[0][:], out[1][:] = observations, rewards
+            observations, rewards = out
+        return observations, rewards, has_ended, np.zeros(len(ignored)), columns
 
 
 def info_dicts(columns: Mapping[str, NDArray[Any]], ranges: FloatArray | None = None) -> list[dict[str, Any]]:

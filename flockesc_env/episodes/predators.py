@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from os import PathLike
 from typing import Any, Protocol
 
 import numpy as np
@@ -45,17 +46,26 @@ class PredatorPolicySpec:
         """Return the action space of one predator, a new Box [-1, 1] of shape (D,)."""
         return spaces.Box(-1.0, 1.0, (self.dimension,), np.float32)
 
-    def plain(self, actions: Any, count: int | None, name: str = "predator_actions") -> FloatArray:
+    def plain(
+        self,
+        actions: Any,
+        count: int | None,
+        name: str = "predator_actions",
+        ignored: NDArray[np.bool] | None = None,
+    ) -> FloatArray:
         """Return stacked actions, shape (count, D), as a new float64 array; ``name``: of the argument.
 
-        With ``count=None``, ``actions`` is a single action, shape (D,), and the result has one row.
+        With ``count=None``, ``actions`` is a single action, shape (D,), and the result has one row. Rows that
+        are ``ignored`` are not checked and become 0.
 
         Raises:
             InputError: if the dtype or shape is wrong, or an action is outside the action space.
         """
         shape = (self.dimension,) if count is None else (count, self.dimension)
         plain = plain_array(actions, shape, name).reshape(-1, self.dimension)
-        clipped = _core.clipped(plain)
+        clipped = _core.clipped(plain)  # misses by rounding in float32; NaN farther outside
+        if ignored is not None:
+            clipped[ignored] = 0
         is_invalid = np.isnan(clipped).any(axis=1)
         if is_invalid.any():
             first = int(np.argmax(is_invalid))
@@ -81,6 +91,10 @@ class PredatorPolicy(Protocol):
             Actions in [-1, 1], shape (k, D).
         """
         ...
+
+
+AnyPredatorPolicy = PredatorPolicy | str | PathLike[str] | Any
+"""A predator policy, its name or path, or a model of stable-baselines3."""
 
 
 def reset_policy(policy: Any, rows: NDArray[np.bool]) -> None:

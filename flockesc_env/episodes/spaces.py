@@ -198,6 +198,10 @@ class PolicySpec:
     per_agent: bool
     num_steps: int
 
+    def space(self) -> gymnasium.Space[Any]:
+        """Return a new action space of one row."""
+        return self.actions.space()
+
     @property
     def num_agents(self) -> int:
         """Number of agents per flock. Rows are ordered by flock, then by agent."""

@@ -70,16 +70,8 @@ def run(
 ) -> list[Arrays]:
     """Run the jobs that the cache lacks, the longest first; return the results of all, in their order.
 
-    Args:
-        jobs: the jobs.
-        cache: keeps the results; a job in it is not computed again, unless its file is damaged.
-        backend: where jobs run.
-        title: text before the progress bar.
-        progress: whether to show the bar even if stderr is not a terminal.
-
-    Raises:
-        JobError: if jobs failed, after all others have ended.
-        KeyboardInterrupt: saying how many results are kept.
+    A job is computed again only if its file in the cache is damaged. ``title`` stands before the progress
+    bar, which ``progress`` shows even if stderr is not a terminal. Errors are those of ``run_jobs``.
     """
     unique = {job.key: job for job in jobs}
     results = {key: done for key, job in unique.items() if (done := cache.find(job)) is not None}

@@ -54,14 +54,17 @@ class Flock:
     ) -> None:
         if extra_force is not None and not callable(extra_force):
             raise InputError("extra_force", "a function or None", shown(extra_force))
-        self._given = given = as_scenario(scenario, FlockScenario)
-        self._shape, self._extra_force = (given.num_agents, given.dimension), extra_force
-        start = None if positions is None else as_floats(positions, "positions", self._shape)
+        self._given = as_scenario(scenario, FlockScenario)
+        self._shape = (self._given.num_agents, self._given.dimension)
+        self._extra_force, self._is_in_force = extra_force, False
+        start = (
+            None if rows is None else as_floats(rows, field, self._shape)
+            for field, rows in (("positions", positions), ("velocities", velocities))
+        )
         number = fresh_seed() if seed is None else as_seed(seed)
-        self._is_in_force = False
-        self._core = _core.Flock(given.to_json(), number, start, as_threads(num_threads))
+        self._core = _core.Flock(self._given.to_json(), number, *start, as_threads(num_threads))
         if velocities is not None:
-            self.velocities = velocities
+            self.velocities = self.velocities  # checks their speeds
 
     def step(
         self, ranges: ArrayLike, num_steps: int = 1, *, predator_actions: ArrayLike | None = None
@@ -98,17 +101,17 @@ class Flock:
     @property
     def scenario(self) -> FlockScenario:
         """The model's parameters; randomized fields have their drawn values."""
-        return self._given.drawn(self._core.origin[0])
+        return self._given.drawn(int(self._core.get("seed")))
 
     @property
     def time(self) -> float:
         """Time in s since the start."""
-        return self._core.origin[1] * self.scenario.time_step
+        return int(self._core.get("num_steps")) * self._given.time_step
 
     @property
     def positions(self) -> FloatArray:
         """Positions in m, shape (n, D). They can be set; those of caught agents stay."""
-        return self._core.array("positions")
+        return self._core.get("positions")
 
     @positions.setter
     def positions(self, values: ArrayLike) -> None:
@@ -118,33 +121,27 @@ class Flock:
     @property
     def velocities(self) -> FloatArray:
         """Velocities in m/s, shape (n, D). They can be set; those of caught agents stay."""
-        return self._core.array("velocities")
+        return self._core.get("velocities")
 
     @velocities.setter
     def velocities(self, values: ArrayLike) -> None:
         self._check_idle()
-        rows, scenario = as_floats(values, "velocities", self._shape), self.scenario
-        speeds, expected = np.linalg.norm(rows, axis=1), np.broadcast_to(scenario.speed, self._shape[:1])
-        wrong = np.flatnonzero(~self.caught & ~np.isclose(speeds, expected, rtol=1e-9, atol=0.0))
-        if scenario.constant_speed and len(wrong):
-            name, speed = f"velocities[{wrong[0]}]", expected[wrong[0]]
-            raise InputError(name, f"the constant speed {speed} m/s", f"{speeds[wrong[0]]} m/s")
-        self._core.set("velocities", rows)
+        self._core.set("velocities", as_floats(values, "velocities", self._shape))
 
     @property
     def predator_positions(self) -> FloatArray:
         """Positions of the P predators in m, shape (P, D)."""
-        return self._core.array("predator_positions")
+        return self._core.get("predator_positions")
 
     @property
     def predator_velocities(self) -> FloatArray:
         """Velocities of the P predators in m/s, shape (P, D)."""
-        return self._core.array("predator_velocities")
+        return self._core.get("predator_velocities")
 
     @property
     def distances(self) -> FloatArray:
         """Distance of every agent to the nearest predator in m, shape (n,); 0 for caught agents."""
-        return self._core.array("distances")
+        return self._core.get("distances")
 
     @property
     def caught(self) -> NDArray[np.bool]:
@@ -154,12 +151,12 @@ class Flock:
     @property
     def caught_by(self) -> IntArray:
         """Index of the predator that caught each agent, the nearest one, or -1; shape (n,)."""
-        return self._core.array("caught_by")
+        return self._core.get("caught_by")
 
     @property
     def heard(self) -> IntArray:
         """Number of other agents that each agent heard in the last step, shape (n,); at the start 0."""
-        return self._core.array("heard")
+        return self._core.get("heard")
 
     def get_state(self) -> bytes:
         """Return a snapshot, without ``extra_force``, from which any flock of this scenario continues."""

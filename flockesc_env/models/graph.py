@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_array, as_floats, as_vector
+from flockesc_env.common.checks import FloatArray, as_floats, as_vector
 from flockesc_env.common.errors import InputError
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
@@ -18,13 +18,12 @@ def component_labels(
     interaction_range: ArrayLike,
     *,
     velocities: ArrayLike | None = None,
-    caught: ArrayLike | None = None,
 ) -> NDArray[np.int64]:
     """Return the connected component of every agent.
 
     Components are weakly connected: an edge connects two agents if at least one listens to the other. All
-    positions count, except those of ``caught`` agents. At time t of a ``Trajectory`` these are
-    ``(run.caught_at >= 0) & (run.caught_at <= t)``. ``run.num_components`` does not count them.
+    positions count. At time t of a ``Trajectory``, ``(run.caught_at < 0) | (run.caught_at > t)`` are the
+    agents that are not caught, which ``run.num_components`` counts.
 
     Args:
         scenario: the scenario that defines neighbors, or a preset's name; ``None``: metric neighbors. With
@@ -33,26 +32,15 @@ def component_labels(
         interaction_range: rho, a scalar or one per agent, shape (n,), in m or in the unit of the neighbor
             rule.
         velocities: v_i in m/s, same shape as ``positions``; required if the scenario has a blind angle.
-        caught: bools, shape (n,), True for agents that are left out; ``None``: no agent.
 
     Returns:
-        Labels, shape (n,): the smallest index of an agent in the same component; -1 for caught agents.
-
-    Raises:
-        InputError: if an argument has a wrong shape, is not finite, or a range is negative; if the name is
-            not a preset of a flock.
+        Labels, shape (n,): the smallest index of an agent in the same component.
 
     Examples:
         >>> component_labels(None, [[0, 0], [1, 0], [9, 0]], 2.0)
         array([0, 0, 2])
     """
-    given = _core_arguments(scenario, positions, interaction_range, velocities)
-    if caught is None:
-        return _core.component_labels(*given)
-    agents, left = _without(caught, *given)
-    labels = np.full(len(given[1]), -1)
-    labels[agents] = agents[_core.component_labels(*left)] if agents.size else 0
-    return labels
+    return _core.component_labels(*_core_arguments(scenario, positions, interaction_range, velocities))
 
 
 def neighbor_pairs(
@@ -61,29 +49,20 @@ def neighbor_pairs(
     interaction_range: ArrayLike,
     *,
     velocities: ArrayLike | None = None,
-    caught: ArrayLike | None = None,
 ) -> NDArray[np.int64]:
     """Return all pairs (i, j) of different agents such that agent i listens to agent j.
 
-    The arguments are those of ``component_labels``. Caught agents are in no pair.
+    The arguments are those of ``component_labels``.
 
     Returns:
         Pairs in lexicographic order, shape (m, 2).
-
-    Raises:
-        InputError: as ``component_labels``.
-        MemoryError: for the pairs.
 
     Examples:
         >>> neighbor_pairs(None, [[0, 0], [1, 0], [9, 0]], 2.0)
         array([[0, 1],
                [1, 0]])
     """
-    given = _core_arguments(scenario, positions, interaction_range, velocities)
-    if caught is None:
-        return _core.neighbor_pairs(*given)
-    agents, left = _without(caught, *given)
-    return agents[_core.neighbor_pairs(*left)] if agents.size else np.empty((0, 2), np.int64)
+    return _core.neighbor_pairs(*_core_arguments(scenario, positions, interaction_range, velocities))
 
 
 def _core_arguments(
@@ -111,28 +90,12 @@ def _core_arguments(
     return document, points, moves, np.atleast_1d(ranges)
 
 
-def _without(
-    caught: ArrayLike, document: str | None, points: FloatArray, moves: FloatArray, ranges: FloatArray
-) -> tuple[NDArray[np.int64], tuple[str | None, FloatArray, FloatArray, FloatArray]]:
-    """Return the indices of the agents that are not caught, and the core's arguments for these agents."""
-    mask = as_array(caught, "caught")
-    if mask.dtype != np.bool or mask.shape != points.shape[:1]:
-        expected = f"bools of shape {points.shape[:1]}"
-        raise InputError("caught", expected, f"{mask.dtype} of shape {mask.shape}")
-    left = np.broadcast_to(ranges, points.shape[:1])[~mask]
-    return np.flatnonzero(~mask), (document, points[~mask], moves[~mask], left)
-
-
 def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:
     """Return the Perron matrix P = I - Delta^-1 L of a line (Eq. 2), shape (n, n); its rows sum to 1.
 
     Args:
         states: positions x_i of the agents, shape (n,).
-        interaction_range: rho.
-
-    Raises:
-        InputError: if the states are not a vector of finite numbers, the range is not a number >= 0.
-        MemoryError: for the matrix.
+        interaction_range: rho, at least 0.
     """
     return _core.perron_matrix(*_line(states, interaction_range))
 
@@ -140,7 +103,7 @@ def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:
 def laplacian(states: ArrayLike, interaction_range: float) -> FloatArray:
     """Return the Laplacian L of the graph with edges ``|x_i - x_j| <= rho``, shape (n, n).
 
-    Arguments and errors are those of ``perron_matrix``.
+    The arguments are those of ``perron_matrix``.
     """
     return _core.laplacian(*_line(states, interaction_range))
 

@@ -1,6 +1,7 @@
 """Measures of order of a recorded flock: rotation, distances, density, correlation, Binder cumulant.
 
-Caught agents do not count. ``Trajectory.polarization`` is recorded with every run.
+Caught agents do not count. ``Trajectory.polarization`` is recorded with every run. Distances, density and
+correlation need the extra ``analysis``.
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env.common.checks import FloatArray, as_array, as_floats, as_instance, as_integer
-from flockesc_env.common.errors import InputError, shown
+from flockesc_env.common.checks import FloatArray, as_floats, as_instance
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.models.simulate import Trajectory, check_recorded
 
@@ -24,11 +25,8 @@ def rotation(trajectory: Trajectory) -> FloatArray:
     """Return the group rotation (Couzin et al. 2002, J Theor Biol 218, 1), shape (T + 1,).
 
     It is the norm of the mean over agents of unit(r_i - c) x unit(v_i), where c is the centroid: 1 in a
-    perfect mill, 0 in a swarm or a parallel flock.
-
-    Raises:
-        InputError: if the argument is not a run of a flock, or the domain is periodic and so has no
-            centroid.
+    perfect mill, 0 in a swarm or a parallel flock. A run in a periodic domain, which has no centroid, raises
+    ``InputError``.
     """
     run, counted = _checked(trajectory)
     if run.scenario.periodic_side is not None:
@@ -47,10 +45,6 @@ def nearest_neighbor_distances(trajectory: Trajectory) -> FloatArray:
     """Return each agent's distance in m to the nearest other agent (Clark and Evans 1954, Ecology 35, 445).
 
     The shape is (T + 1, n). Distances are NaN for caught agents and infinite for the last agent left.
-
-    Raises:
-        InputError: if the argument is not a run of a flock.
-        MissingExtraError: if the ``analysis`` extra is not installed.
     """
     run, alive = _checked(trajectory)
     distances = np.full(alive.shape, np.nan)
@@ -65,7 +59,6 @@ def density(trajectory: Trajectory) -> FloatArray:
     In a periodic domain it refers to the domain (Vicsek et al. 1995, PRL 75, 1226), otherwise to the convex
     hull of the agents (Cavagna et al. 2008, Anim Behav 76, 237). It is infinite if the hull has no volume,
     and NaN if no agent is left.
-    Errors are those of ``nearest_neighbor_distances``.
     """
     run, alive = _checked(trajectory)
     side = run.scenario.periodic_side
@@ -86,7 +79,6 @@ def correlation_length(trajectory: Trajectory) -> FloatArray:
     u_i is v_i minus the mean velocity. Distances are grouped in bins as wide as the mean distance between
     nearest neighbors, and C is interpolated linearly from C(0), the mean of u_i . u_i. The shape is (T + 1,).
     Lengths are NaN if all velocities or all positions are equal.
-    Errors are those of ``nearest_neighbor_distances``.
     """
     run, alive = _checked(trajectory)
     pairs = zip(_points(run, alive), run.velocities, alive, strict=True)
@@ -94,9 +86,7 @@ def correlation_length(trajectory: Trajectory) -> FloatArray:
     return np.array([_first_zero(points, velocities[here], side) for points, velocities, here in pairs])
 
 
-def binder_cumulant(
-    order_parameter: ArrayLike, *, axis: int | tuple[int, ...] | None = None
-) -> FloatArray | np.float64:
+def binder_cumulant(order_parameter: ArrayLike) -> float:
     """Return the Binder cumulant 1 - <v^4> / (3 <v^2>^2) (Binder 1981, Z Phys B 43, 119).
 
     It is 2/3 for a constant order parameter and 1/3 for the norm of a Gaussian vector in the plane
@@ -104,28 +94,16 @@ def binder_cumulant(
     all values are 0.
 
     Args:
-        order_parameter: values v, for example polarizations of several flocks over time.
-        axis: axes that the means <> run over; ``None``: all.
-
-    Raises:
-        InputError: if there are no values, they are not finite, or an axis does not exist.
+        order_parameter: values v, for example polarizations of several flocks over time; the means <> run
+            over all of them.
     """
     values = as_floats(order_parameter, "order_parameter")
     if not values.size:
         raise InputError("order_parameter", "at least one value", "none")
-    axes = range(values.ndim) if axis is None else np.ravel(as_array(axis, "axis")).tolist()
-    over = tuple(as_integer(each, "axis") for each in axes)
-    try:
-        # The cumulant does not depend on the unit. In this unit the powers are finite.
-        _, unit = np.frexp(np.abs(values).max(axis=over, keepdims=True))
-        squares = np.ldexp(values, -unit) ** 2
-        fourth, second = (squares**2).mean(axis=over), squares.mean(axis=over)
-    except (ValueError, OverflowError):  # an axis that does not exist, or one twice
-        expected = f"different axes of an array of shape {values.shape}"
-        raise InputError("axis", expected, shown(axis)) from None
+    # The cumulant does not depend on the unit. In this unit the powers are finite.
+    squares = np.ldexp(values, -np.frexp(np.abs(values).max())[1]) ** 2
     with np.errstate(invalid="ignore"):
-        found: FloatArray | np.float64 = 1 - fourth / (3 * second**2)
-    return found
+        return float(1 - (squares**2).mean() / (3 * squares.mean() ** 2))
 
 
 def _checked(trajectory: Any) -> tuple[Trajectory, NDArray[np.bool]]:

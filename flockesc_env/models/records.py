@@ -29,17 +29,11 @@ _LARGEST = float(np.finfo(np.float64).max)
 
 @dataclass(frozen=True, eq=False)
 class RecordedRun:
-    """A run that ``load_run`` read from a file.
+    """A run that ``load_run`` read from a file."""
 
-    Attributes:
-        trajectory: the run.
-        name: the name passed to ``save_run``; may be empty.
-        versions: versions of Python and packages with which the run was recorded.
-    """
-
-    trajectory: Trajectory | LineTrajectory
-    name: str
-    versions: dict[str, str]
+    trajectory: Trajectory | LineTrajectory  #: the run
+    name: str  #: the name passed to ``save_run``; may be empty
+    versions: dict[str, str]  #: versions of Python and packages with which the run was recorded
 
 
 def versions(*packages: str) -> dict[str, str]:
@@ -52,13 +46,7 @@ def versions(*packages: str) -> dict[str, str]:
 def save_run(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name: str = "") -> None:
     """Write a run to an npz file, one array per attribute; an existing file is replaced atomically.
 
-    Args:
-        trajectory: the run.
-        path: path of the file.
-        name: name of the run, for example of its policy.
-
-    Raises:
-        InputError: if an argument has the wrong type.
+    ``name``: name of the run, for example of its policy.
     """
     file_path = as_path(path)
     model = "flock" if isinstance(as_run(trajectory, "trajectory"), Trajectory) else "line"
@@ -109,9 +97,6 @@ def replay_run(trajectory: Trajectory | LineTrajectory) -> Trajectory | LineTraj
     """Run the model again with the recorded scenario, ranges and seed, and return the new run.
 
     If the initial state was given, the recorded one is used.
-
-    Raises:
-        InputError: if ``trajectory`` is not a run.
     """
     as_run(trajectory, "trajectory")
     seed, is_given = trajectory.seed, trajectory.is_start_given
@@ -133,9 +118,6 @@ def run_differences(recorded: Trajectory | LineTrajectory, again: Trajectory | L
     """Return the differences between two runs of the same scenario.
 
     There is one line per attribute that differs, with its first difference, and none if all bits are equal.
-
-    Raises:
-        InputError: if an argument is not a run, or the runs have different types.
     """
     as_instance(again, "again", type(as_run(recorded, "recorded")))
     found = []
@@ -150,8 +132,7 @@ def run_differences(recorded: Trajectory | LineTrajectory, again: Trajectory | L
 
 
 def _columns(kind: type[Trajectory | LineTrajectory]) -> list[str]:
-    others = {"scenario", "every", "minima", *_ORIGIN}
-    return [field.name for field in dataclasses.fields(kind) if field.name not in others]
+    return [field.name for field in dataclasses.fields(kind) if field.name not in {"scenario", *_ORIGIN}]
 
 
 def _trajectory(

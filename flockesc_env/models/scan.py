@@ -21,7 +21,7 @@ from flockesc_env.common.checks import (
     as_vector,
 )
 from flockesc_env.common.errors import InputError
-from flockesc_env.common.extras import figure_style, require
+from flockesc_env.common.extras import figure_style
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.models.order import binder_cumulant
 from flockesc_env.models.simulate import Displayed
@@ -66,9 +66,8 @@ class ScanResult(Displayed):
     def mean_with_interval(self, *, confidence: float = 0.95) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the mean over seeds of the order parameter, and the ends of its t interval, shape (values,).
 
-        Argument and errors are those of ``SweepResult.mean_with_interval``.
+        See ``SweepResult.mean_with_interval``.
         """
-        require("analysis", ["scipy"])
         from flockesc_env.common.stats import mean_with_interval  # optional and slow to import
 
         return mean_with_interval(self.order_parameter(), confidence)
@@ -78,7 +77,7 @@ class ScanResult(Displayed):
 
         Its means run over times and seeds; see ``flockesc_env.models.binder_cumulant``.
         """
-        return np.array(binder_cumulant(self.polarization[..., self.skip :], axis=(1, 2)))
+        return np.array([binder_cumulant(each) for each in self.polarization[..., self.skip :]])
 
     @figure_style()
     def plot(self) -> Figure:
@@ -122,19 +121,13 @@ def scan(
     Args:
         scenario: the flock model's parameters, or a preset's name.
         field: a number of the scenario, as a name or a dotted path, for example ``"angular_noise"`` or
-            ``"motion.cohesion_strength"``.
+            ``"motion.cohesion_strength"``; not one that ``randomization`` draws.
         values: values of the field, shape (values,).
         interaction_range: rho, in the unit of the neighbor rule.
         seeds: seeds of the flocks. ``simulate(seed=k)`` plays the same flock.
         skip: number of steps before the first time that counts in means, at most ``scenario.num_steps``.
         num_threads: see ``sweep``.
         progress: see ``sweep``.
-
-    Raises:
-        InputError: if an argument has the wrong type or shape, or is negative or not finite, or the field
-            does not exist; if the name is not a preset of a flock, a value is out of bounds, or the
-            scenario's ``randomization`` draws the field.
-        MemoryError: for the polarizations.
 
     Examples:
         >>> result = scan("vicsek", "angular_noise", [0.0, 3.0, 6.0], 10.0, seeds=range(5), skip=50)

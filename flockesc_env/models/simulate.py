@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,11 +26,10 @@ if TYPE_CHECKING:
 IntArray = NDArray[np.int64]
 
 RECORDED = (
-    *("positions", "velocities", "predator_positions", "mean_distance", "min_distance", "num_components"),
-    *("polarization", "fraction_surviving"),
+    *("positions", "velocities", "predator_positions"),
+    *("mean_distance", "min_distance", "num_components", "polarization", "fraction_surviving"),
 )
-"""Names of the columns of a ``Trajectory`` that ``simulate`` records."""
-_OBJECTIVES = [spec.series for spec in FlockScenario.objectives.values()]
+"""Columns of a ``Trajectory`` that ``simulate`` records."""
 
 
 class Displayed(ABC):
@@ -52,9 +52,8 @@ class Trajectory(Displayed):
     """A run of a flock with T steps, as ``simulate`` returns it.
 
     Arrays of length T + 1 have one entry per time 0, .., T; lengths in m, speeds in m/s, times in s. With
-    ``simulate(.., every=k)`` they have one per time 0, k, 2 k, .., and T stands for the number of these times
-    after 0. Arrays that ``record`` leaves out are empty. Tables raise ``MissingExtraError`` without the
-    ``analysis`` extra.
+    ``simulate(.., every=k)`` T counts the recorded times after 0 instead of steps. A column that ``record``
+    leaves out is empty. Tables raise ``MissingExtraError`` without the ``analysis`` extra.
 
     Attributes:
         scenario: the flock model's parameters; randomized fields have their drawn values.
@@ -76,8 +75,6 @@ class Trajectory(Displayed):
         fraction_surviving: share of agents that are not caught, shape (T + 1,).
         caught_at: step 1, .., T in which each agent was caught, or -1, shape (n,). A caught agent stays where
             it was caught, with velocity 0, and does not count in means, minima and components.
-        every: number of steps between two times.
-        minima: minimum over all steps of each column of an objective; ``None`` if all of them are recorded.
     """
 
     scenario: FlockScenario
@@ -95,25 +92,27 @@ class Trajectory(Displayed):
     polarization: FloatArray
     fraction_surviving: FloatArray
     caught_at: IntArray
-    every: int = 1
-    minima: dict[str, float] | None = None
 
     @property
     def is_caught(self) -> NDArray[np.bool]:
         """Whether each agent is caught at each time, shape (T + 1, n)."""
-        steps = self.every * np.arange(len(self.times))
-        return (self.caught_at >= 0) & (self.caught_at <= steps[:, None])
+        steps = np.rint(self.times / self.scenario.time_step)
+        return (self.caught_at >= 0) & (self.caught_at <= steps[:, np.newaxis])
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all columns have been recorded in every step."""
+        return all(len(getattr(self, name)) == self.scenario.num_steps + 1 for name in RECORDED)
 
     def _summary(self) -> dict[str, object]:
-        minima = self.minima or {name: getattr(self, name).min() for name in _OBJECTIVES}
         return {
             "num_agents": self.scenario.num_agents,
             "num_steps": self.scenario.num_steps,
             "seed": self.seed,
             **{
-                spec.name: float(minima[spec.series])
+                spec.name: float(getattr(self, spec.series).min())
                 for spec in self.scenario.objectives.values()
-                if spec.is_defined_in(self.scenario)
+                if spec.is_defined_in(self.scenario) and self.is_complete
             },
         }
 
@@ -191,10 +190,8 @@ def as_run(value: Any, field: str) -> Trajectory | LineTrajectory:
     """Return a run after a check of its type, and that it is complete."""
     if not isinstance(value, Trajectory | LineTrajectory):
         raise InputError(field, "a Trajectory or LineTrajectory", shown(value))
-    if isinstance(value, Trajectory):
-        check_recorded(value, field, *RECORDED)
-        if value.every > 1:
-            raise InputError(field, "a run that has recorded every step", f"one with every={value.every}")
+    if isinstance(value, Trajectory) and not value.is_complete:
+        raise InputError(field, "a run with all columns in every step", "one made with every or record")
     return value
 
 
@@ -255,26 +252,39 @@ def run_flock(
     if isinstance(record, str) or not isinstance(record, Sequence | None):
         raise InputError("record", "a list of names", shown(record))
     names = RECORDED if record is None else [as_choice(name, "record", RECORDED) for name in record]
-    arguments = (per_step, start, positions, velocities, threads, accelerations, every, names)
-    run = _core.simulate_flock(scenario.to_json(), *arguments)
-    for name, rows in zip(RECORDED, (agents, agents, len(scenario.predators)), strict=False):
-        run[name] = run[name].reshape((steps // every + 1) * (name in names), rows, axes)
-    run["num_components"] = run["num_components"].astype(np.int64)
-    minima = dict(zip(_OBJECTIVES, run.pop("minima"), strict=True))
-    is_whole = every == 1 and set(names) == set(RECORDED)
+    num_times = steps // every + 1
+    points = {"positions": agents, "velocities": agents, "predator_positions": len(scenario.predators)}
+    shapes = {
+        name: (num_times * (name in names), *((points[name], axes) if name in points else ()))
+        for name in RECORDED
+    }
+    _core.check_memory("num_steps", 8 * sum(map(math.prod, shapes.values())))
+    types = {"num_components": np.int64}
+    columns: dict[str, Any] = {
+        name: np.empty(shape, types.get(name, np.float64)) for name, shape in shapes.items()
+    }
+    flock = _core.Flock(scenario.to_json(), start, positions, velocities, threads)
+    per_step = np.broadcast_to(per_step, (steps, per_step.shape[1]))
+    for step in range(steps + 1):
+        rho = per_step[min(step, steps - 1)]
+        if step % every == 0:
+            for name in names:
+                is_count = name == "num_components"
+                columns[name][step // every] = flock.num_components(rho) if is_count else flock.get(name)
+        if step < steps:
+            flock.step(rho, 1, accelerations[step], None)
     with np.errstate(over="ignore"):
         times: FloatArray = np.arange(0, steps + 1, every) * np.float64(scenario.time_step)
-    whole = steps // every * every
+    last = (num_times - 1) * every
     return Trajectory(
         scenario=scenario.drawn(start),
         seed=start,
         is_start_given=positions is not None or velocities is not None,
         times=times,
-        interaction_ranges=np.broadcast_to(per_step, (steps, per_step.shape[1]))[:whole:every].copy(),
-        predator_actions=accelerations[:whole:every],
-        every=every,
-        minima=None if is_whole else minima,
-        **run,
+        interaction_ranges=per_step[:last:every].copy(),
+        predator_actions=accelerations[:last:every].copy(),
+        caught_at=flock.get("caught_at"),
+        **columns,
     )
 
 

@@ -14,7 +14,7 @@ from flockesc_env import _core
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.checks import FloatArray, as_choice, as_path, as_seeds, as_threads, as_vector
 from flockesc_env.common.errors import InputError
-from flockesc_env.common.extras import data_frame, figure_style, require
+from flockesc_env.common.extras import data_frame, figure_style
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.models.simulate import Displayed, IntArray
 from flockesc_env.scenario.flock import FlockScenario
@@ -48,9 +48,9 @@ class FlockOutcomes:
 class SweepResult(Displayed):
     """Results of ``sweep`` for either model; arrays have shape (ranges, seeds) unless stated otherwise.
 
-    Methods take the name of an objective, a key of ``scenario.objectives``; ``None``: the first one. They
-    raise ``InputError`` for another name. Tables, figures and intervals raise ``MissingExtraError`` without
-    the ``analysis`` extra.
+    Methods take the name of an objective, a key of ``scenario.objectives``; ``None``: the first one. Best
+    ranges, intervals and figures raise ``InputError`` for a scenario without a predator, whose distances are
+    infinite, and intervals for a single seed. Tables, figures and intervals need the extra ``analysis``.
 
     Attributes:
         scenario: the model's parameters.
@@ -67,7 +67,7 @@ class SweepResult(Displayed):
     def _summary(self) -> dict[str, object]:
         facts: dict[str, object] = {"num_ranges": len(self.interaction_ranges), "num_seeds": len(self.seeds)}
         if np.isfinite(self.values()).all():
-            facts["best_range"] = self.best_range()
+            facts["best_range()"] = self.best_range()
         return facts
 
     def values(self, objective: str | None = None) -> FloatArray:
@@ -83,9 +83,6 @@ class SweepResult(Displayed):
         """Return the best fixed range: the range with the largest mean over seeds; if tied, the smallest one.
 
         Few seeds or a short grid leave it open: see ``best_range_with_interval``.
-
-        Raises:
-            InputError: if the scenario has no predator; all distances are infinite then.
         """
         return float(self.interaction_ranges[np.argmax(self._finite(objective).mean(axis=1))])
 
@@ -99,11 +96,7 @@ class SweepResult(Displayed):
         """Return the best fixed range and the ends of its 95 % interval, a percentile bootstrap over seeds.
 
         An end at the largest range of the grid means that longer ranges may be better.
-
-        Raises:
-            InputError: if there is only one seed, or the scenario has no predator.
         """
-        require("analysis", ["scipy"])
         from flockesc_env.common.stats import argmax  # optional and slow to import
 
         found = argmax(self.interaction_ranges, self._finite(objective))
@@ -124,12 +117,7 @@ class SweepResult(Displayed):
 
         The interval is exact for values with a normal distribution, at any number of seeds. With fewer than
         10 seeds it contains the true mean less often if their distribution is skewed.
-
-        Raises:
-            InputError: if there is only one seed, the scenario has no predator, or ``confidence`` is not
-                between 0 and 1.
         """
-        require("analysis", ["scipy"])
         from flockesc_env.common.stats import mean_with_interval  # optional and slow to import
 
         return mean_with_interval(self._finite(objective), confidence)
@@ -139,9 +127,6 @@ class SweepResult(Displayed):
         """Return a Matplotlib figure of the objective against the range, as Figures 9 and 10 of the paper.
 
         It shows 95 % intervals, except with one seed. ``figure.savefig("curve.png")`` writes it.
-
-        Raises:
-            InputError: if the scenario has no predator.
         """
         from matplotlib.figure import Figure  # optional and slow to import
 
@@ -179,13 +164,7 @@ class SweepResult(Displayed):
         )
 
     def to_parquet(self, path: str | Path) -> None:
-        """Write ``table()`` to a Parquet file, with the scenario in its metadata.
-
-        An existing file is replaced atomically.
-
-        Raises:
-            InputError: if ``path`` is not a path.
-        """
+        """Write ``table()`` to a Parquet file, with the scenario in its metadata; replace it atomically."""
         write_table(self.table(), as_path(path), {"scenario": self.scenario.to_json()})
 
 
@@ -259,11 +238,6 @@ def sweep(
 
     Returns:
         ``FlockSweepResult`` or, for a line, ``LineSweepResult``.
-
-    Raises:
-        InputError: if an argument has the wrong type or shape, or is negative or not finite; if the name is
-            not a preset, or the scenario draws a number that is out of bounds.
-        MemoryError: for the outcomes.
 
     Examples:
         >>> result = sweep("paper-flock", [0, 10, 100], seeds=range(10))

@@ -3,8 +3,8 @@
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies.base import BasePolicy, Policy, RowMemory
 from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
-from flockesc_env.policies.network import Architecture, NetworkPolicy, torch_network
-from flockesc_env.policies.playing import Episodes, LineEpisodes
+from flockesc_env.policies.network import Architecture, NetworkPolicy, PredatorNetwork, torch_network
+from flockesc_env.policies.outcomes import Episodes, LineEpisodes
 from flockesc_env.policies.registry import NAMES, as_policy, bind, load_policy, save_policy, trained
 from flockesc_env.policies.rules import (
     BestCandidate,
@@ -34,6 +34,7 @@ __all__ = [
     "NetworkPolicy",
     "Policy",
     "PolicySpec",
+    "PredatorNetwork",
     "Pursue",
     "RandomRange",
     "RowMemory",

@@ -6,11 +6,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from copy import copy
-from dataclasses import fields
 from typing import Any, Protocol, Self
 
+import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,7 +19,6 @@ from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.predators import PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.options import UNOBSERVED, EnvOptions, LineOptions
 from flockesc_env.scenario.presets import Scenario, as_model
 
@@ -104,8 +103,10 @@ class BasePolicy(ABC):
         name: name in tables and figures; by default that of the class.
         per_agent: True: the policy sets one range per agent. False: one per flock. ``None``: it fits both.
         options: options of the environment that the policy requires, by the names of ``EnvOptions`` or
-            ``LineOptions``. With a ``scenario`` all others must be the defaults. ``None``: it plays with any.
+            ``LineOptions``. With a ``scenario`` these are all that change observations or actions. ``None``:
+            it plays with any.
         scenario: the scenario in which the policy was trained; ``None``: it was not trained.
+        observation_space: the space of its observations if it has one, as models of stable-baselines3 do.
     """
 
     name: str = ""
@@ -113,7 +114,7 @@ class BasePolicy(ABC):
     per_agent: bool | None = None
     options: Mapping[str, Any] | None = None
     scenario: Scenario | None = None
-    _checked: EnvOptions | LineOptions | None = None  # options that passed `check`
+    observation_space: gymnasium.Space[Any] | None = None
 
     def __init_subclass__(cls) -> None:
         """Name the policy after its class."""
@@ -151,22 +152,21 @@ class BasePolicy(ABC):
         if scenario is not None:
             made.scenario = as_model(scenario)
         if options or self.options is not None:
-            made.options, made._checked = {**(self.options or {}), **options}, None
-            (made.scenario or FlockScenario()).env_options(made.all_options())  # raises if one is invalid
+            model = made.scenario or FlockScenario()
+            known = model.env_options(made.all_options(model, **options))
+            names = {*(self.options or {}), *options}
+            if made.scenario is not None:
+                names |= vars(known).keys() - set(UNOBSERVED)
+            made.options = {name: value for name, value in vars(known).items() if name in names}
         return made
 
     def default_options(self, scenario: Scenario) -> dict[str, Any]:  # noqa: ARG002
         """Return the options of the class, which ``options`` and arguments of calls replace."""
         return {}
 
-    def all_options(self, scenario: Scenario | None = None) -> dict[str, Any]:
-        """Return ``options`` beside those of the class, in a scenario; ``None``: the policy's own."""
-        chosen = scenario or self.scenario or FlockScenario()
-        return {**self.default_options(chosen), **(self.options or {})}
-
-    def is_per_agent_in(self, scenario: Scenario, options: EnvOptions | LineOptions) -> bool:  # noqa: ARG002
-        """Return the view of a policy whose ``per_agent`` is None, in a scenario with these options."""
-        return False
+    def all_options(self, scenario: Scenario, **given: Any) -> dict[str, Any]:
+        """Return the options that are given, those of the policy and of its class, in this order."""
+        return {**self.default_options(scenario), **(self.options or {}), **given}
 
     def check_known(self) -> None:  # noqa: B027, only models can lack what they were trained with
         """Raise ``InputError`` if the policy was trained with options that it does not know."""
@@ -175,7 +175,8 @@ class BasePolicy(ABC):
     def policy_spec(self) -> PolicySpec:
         """Observations and actions of the policy in its scenario, by default the paper's flock."""
         scenario = self.scenario or FlockScenario()
-        return policy_spec(scenario, scenario.env_options(self.all_options()), per_agent=bool(self.per_agent))
+        options = scenario.env_options(self.all_options(scenario))
+        return policy_spec(scenario, options, per_agent=bool(self.per_agent))
 
     def bind(self, env: Any) -> Callable[[Any], Any]:
         """Return a function from an observation of an environment to the action; see ``policies.bind``."""
@@ -207,7 +208,7 @@ class BasePolicy(ABC):
             for agent in inner.agents:
                 if agent not in observations:
                     raise InputError("observations", f"one of {agent!r}", "none")
-            flock = inner.possible_agents[: spec.num_agents]
+            flock = inner.possible_agents[: spec.rows]
             caught = np.zeros(len(spec.layout.names), np.float32)
             actions = act_on_rows(np.stack([observations.get(agent, caught) for agent in flock]))
             straight_on = np.zeros(inner.predator_policy_spec.dimension, np.float32)
@@ -247,35 +248,30 @@ class BasePolicy(ABC):
     def check(self, options: EnvOptions | LineOptions, *, per_agent: bool) -> None:
         """Raise ``InputError`` unless an environment has the view and the options of this policy."""
         self._check_view(per_agent)
-        if self.options is not None and options is not self._checked:
-            model = LineScenario() if isinstance(options, LineOptions) else FlockScenario()
-            known = model.env_options(self.all_options())
-            names = None if self.scenario else self.options.keys()
-            check_options(known, options, "made (use **policy.options)", names)
-            self._checked = options
+        if self.options is not None:
+            known = {"the policy (use **policy.options)": self.options, "the environment": vars(options)}
+            check_origins(known)
 
     def _check_view(self, per_agent: bool) -> None:
+        """Raise ``InputError`` unless the policy fits the view."""
         if self.per_agent is not None and per_agent != self.per_agent:
             rows = "agent" if self.per_agent else "flock"
             expected = f"{self.per_agent}, because the policy needs one observation per {rows}"
             raise InputError("per_agent", expected, per_agent)
 
 
-def check_options(
-    known: EnvOptions | LineOptions,
-    options: EnvOptions | LineOptions,
-    origin: str,
-    names: Collection[str] | None = None,
-) -> None:
-    """Check that an environment has the options with which a policy was ``origin``: trained or made.
+def check_origins(origins: Mapping[str, Mapping[str, Any]], advice: str = "") -> None:
+    """Raise ``InputError`` if options of two origins, given by name, disagree.
 
-    Options in ``UNOBSERVED`` may differ. If ``names`` is given, only these options are compared.
+    Options that change neither observations nor actions may differ (``UNOBSERVED``). ``advice`` ends the
+    message, with NAME and VALUE instead of the option of the second origin.
     """
-    for field in fields(known):
-        expected, given = (getattr(each, field.name, None) for each in (known, options))
-        if expected != given and field.name not in UNOBSERVED and (names is None or field.name in names):
-            expected = f"{expected!r}, with which the policy was {origin}"
-            raise InputError(field.name, expected, shown(given))
+    (first, known), (second, others) = origins.items()
+    for name in known:
+        if name not in UNOBSERVED and known[name] != others.get(name, known[name]):
+            given = repr(others[name])
+            line = advice.replace("NAME", name).replace("VALUE", given)
+            raise InputError(name, f"{known[name]!r} from {first}", f"{given} from {second}{line}")
 
 
 def normalizer_of(env: Any) -> Any:
@@ -291,7 +287,7 @@ def normalizer_of(env: Any) -> Any:
 def _check_wrappers(env: Any, spec: PolicySpec | PredatorPolicySpec) -> None:
     for name, expected in (
         ("observation_space", spec.layout.space()),
-        ("action_space", (spec.actions if isinstance(spec, PolicySpec) else spec).space()),
+        ("action_space", spec.space()),
     ):
         space = getattr(env, f"single_{name}", None) or getattr(env, name)
         found = space(env.possible_agents[0]) if callable(space) else space

@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from itertools import pairwise
-from typing import Any, Literal, get_args
+from typing import Any, Literal, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,8 +22,10 @@ from flockesc_env.common.checks import (
     as_text,
 )
 from flockesc_env.common.errors import InputError
+from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import PolicySpec, RangeActions
 from flockesc_env.policies.base import BasePolicy, Observations, RowMemory
+from flockesc_env.scenario.flock import FlockScenario
 
 Parameters = NDArray[np.float32]
 Squash = Literal["clip", "tanh"]
@@ -113,10 +115,14 @@ class NetworkPolicy(BasePolicy, RowMemory):
         InputError: if an argument has the wrong type or shape, or a parameter is not a finite float32.
     """
 
+    dimension = 1
+    """Number of outputs that are the action."""
+
     def __init__(self, architecture: Architecture, parameters: ArrayLike) -> None:
         as_instance(architecture, "architecture", Architecture)
+        size = architecture.size + (self.dimension - 1) * (architecture.shapes[-1][0] + 1)
         with np.errstate(over="ignore"):  # overflow gives infinity, which is rejected below
-            narrow = as_floats(parameters, "parameters", (architecture.size,)).astype(np.float32)
+            narrow = as_floats(parameters, "parameters", (size,)).astype(np.float32)
         self.architecture = architecture
         self.parameters: Parameters = as_floats(narrow, "parameters").astype(np.float32)
         self._document = architecture.to_core()
@@ -147,6 +153,51 @@ class NetworkPolicy(BasePolicy, RowMemory):
         return actions[outputs.astype(np.int64)] if len(ranges) else outputs[:, np.newaxis].astype(np.float32)
 
 
+class PredatorNetwork(NetworkPolicy):
+    """A neural network that controls ``Learned`` predators: its outputs are their acceleration.
+
+    Args:
+        architecture: layers and ``squash``; inputs are entries of the predator view (docs/model.md).
+        parameters: weights and biases, with D outputs, where D = 2 or 3.
+
+    Raises:
+        InputError: as ``NetworkPolicy``, and if ``architecture`` has another head than a value or a memory.
+    """
+
+    sets_ranges = False
+    per_agent = False
+
+    def __init__(self, architecture: Architecture, parameters: ArrayLike) -> None:
+        as_instance(architecture, "architecture", Architecture)
+        if architecture != Architecture(architecture.inputs, architecture.hidden, squash=architecture.squash):
+            raise InputError("architecture", "inputs, hidden layers and squash alone", architecture)
+        one_more, given = architecture.shapes[-1][0] + 1, as_floats(parameters, "parameters")
+        self.dimension = 3 if given.size == architecture.size + 2 * one_more else 2
+        super().__init__(architecture, parameters)
+
+    @property
+    def policy_spec(self) -> PredatorPolicySpec:  # type: ignore[override]
+        """Observations and actions of the predators of its scenario, which ``with_options`` gave it."""
+        return PredatorPolicySpec.of(cast("FlockScenario", self.scenario))
+
+    def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:  # type: ignore[override]
+        """Return one action per observation row; see ``PredatorPolicy.act``.
+
+        Raises:
+            InputError: if the dimension differs, or an input is not in the observation.
+        """
+        if spec.dimension != self.dimension:
+            raise InputError("dimension", f"{self.dimension}, of the predator's network", spec.dimension)
+        inputs = [spec.layout.index(name) for name in self.architecture.inputs]
+        widths = [len(inputs), *self.architecture.hidden, self.dimension]
+        parameters = self.parameters.astype(np.float64)
+        if self.architecture.squash == "tanh":  # before a layer that changes nothing
+            widths.append(self.dimension)
+            parameters = np.append(parameters, np.eye(self.dimension + 1, self.dimension))
+        outputs = tanh_layers(widths, parameters, observations[:, inputs].astype(np.float64))
+        return outputs.clip(-1.0, 1.0).astype(np.float32)
+
+
 def choices(
     architecture: Architecture, actions: RangeActions, profile_ranges: tuple[float, ...]
 ) -> tuple[NDArray[Any], FloatArray]:
@@ -157,7 +208,12 @@ def choices(
 
 
 def torch_network(
-    layers: Iterable[Any], inputs: tuple[str, ...], *, squash: Squash = "clip", ranges: tuple[float, ...] = ()
+    layers: Iterable[Any],
+    inputs: tuple[str, ...],
+    *,
+    squash: Squash = "clip",
+    ranges: tuple[float, ...] = (),
+    is_predator: bool = False,
 ) -> NetworkPolicy:
     """Return a network of torch as a ``NetworkPolicy``, which ``save_policy`` can store.
 
@@ -169,6 +225,7 @@ def torch_network(
             ``"tanh"`` for that of a Gaussian squashed by tanh. Further outputs, such as a scale, are ignored.
         ranges: range in m of every output, for a network with one score per range, such as Q values. The
             policy sets the range with the highest score.
+        is_predator: True: the network controls predators, and the result is a ``PredatorNetwork``.
 
     Raises:
         InputError: if the layers are of other types, or their sizes do not fit
@@ -180,8 +237,10 @@ def torch_network(
         expected = "Linear and Tanh in turn, Linear first and last"
         advice = " (in stable-baselines3: policy_kwargs={'activation_fn': torch.nn.Tanh})"
         raise InputError("layers", expected + advice, ", ".join(kinds) or "none")
-    hidden, parameters = layer_parameters(found[::2], None if ranges else 1)
-    return NetworkPolicy(Architecture(inputs, hidden, squash=squash, ranges=ranges), parameters)
+    is_predator = as_flag(is_predator, "is_predator")
+    hidden, parameters = layer_parameters(found[::2], None if ranges or is_predator else 1)
+    kind = PredatorNetwork if is_predator else NetworkPolicy
+    return kind(Architecture(inputs, hidden, squash=squash, ranges=ranges), parameters)
 
 
 def layer_parameters(

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict, replace
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, Final, get_args
+from typing import Any, Final, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,25 +20,26 @@ from flockesc_env.common.array_files import read_document, write_document
 from flockesc_env.common.checks import as_choice, as_flag, as_path, as_text, parse_number
 from flockesc_env.common.errors import InputError, shown, shown_name
 from flockesc_env.common.files import suffix_of
-from flockesc_env.episodes.predators import reset_policy
+from flockesc_env.episodes.predators import PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.models.records import versions
 from flockesc_env.policies import rules
 from flockesc_env.policies.base import BasePolicy, Observations, Policy
 from flockesc_env.policies.memory_rules import ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
-from flockesc_env.policies.network import Architecture, NetworkPolicy
+from flockesc_env.policies.network import Architecture, NetworkPolicy, PredatorNetwork
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.document import from_fields
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.options import PROFILE_RANGES, UNOBSERVED, to_plain
-from flockesc_env.scenario.presets import MODELS
+from flockesc_env.scenario.presets import MODELS, Scenario
 
 SUFFIX = ".npz"
 POLICY_FILE = "policy.npz"
 """Name of the policy file in the folder of a training run."""
 
-_SHORT_LINE = 1000
 _SENSING = "predator_sensing_range"  # infinity is null in the file
+_PREDATOR = "predator"  # in the file instead of the model, if the policy controls predators
 _HEADER = {"name", "model", "scenario", "per_agent", "options", "architecture"}
 
 Rule = StubbornWitnesses | ListenWhileThreatened | WinStayLoseShift
@@ -70,6 +72,13 @@ _BUILT_IN: Final[dict[str, tuple[Callable[[], BasePolicy], dict[str, Any]]]] = {
     "head-away": (rules.BestNextHeading, {**_PROFILE, **_ESCAPE}),
 }
 """Constructor and options of each policy; those without options play with any."""
+
+PREDATORS: Final[dict[str, Callable[[], Any]]] = {
+    "fly-straight": rules.FlyStraight,
+    "pursue": rules.Pursue,
+    "pursue-centroid": partial(rules.Pursue, "centroid"),
+}
+"""Constructors of the built-in policies of predators by name."""
 
 NAMES = ("fixed:RHO", *_BUILT_IN)
 """Names of the built-in policies, which docs/policies.md describes. ``fixed:10`` is a fixed range of 10 m."""
@@ -109,7 +118,9 @@ def find_policy(policy: Any, argument: str) -> BasePolicy:
             raise InputError(argument, expected, shown(spec))
     if spec in _BUILT_IN:
         make, options = _BUILT_IN[spec]
-        return make().with_options(name=spec, **options)
+        rule = make()
+        rule.name, rule.options = spec, {**options} or None
+        return rule
     file = policy_file(spec)
     if file is None:
         raise InputError(argument, EXPECTED, shown_name(spec, [*NAMES, *trained()]))
@@ -143,8 +154,8 @@ class GivenPolicy(BasePolicy):
         self.policy = policy
         self.name = type(policy).__name__
         own = {name: getattr(policy, name, None) for name in ("name", "per_agent", "scenario")}
-        vars(self).update(vars(self.with_options(**own, **getattr(policy, "options", None) or {})))
-        self.options = getattr(policy, "options", None)
+        options = getattr(policy, "options", None) or {}
+        vars(self).update(vars(self.with_options(**own, **options)))
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return the actions of the user's object."""
@@ -177,11 +188,35 @@ def as_policy(value: Any, argument: str = "policy") -> BasePolicy:
 
 
 def as_flock_policy(value: Any, argument: str = "policy") -> BasePolicy:
-    """Return ``as_policy``; the built-in policies of predators are refused."""
-    if isinstance(value, rules.FlyStraight | rules.Pursue):
+    """Return ``as_policy``; policies that are known to control predators are refused."""
+    found = value if isinstance(value, rules.FlyStraight | rules.Pursue) else as_policy(value, argument)
+    if isinstance(found, rules.FlyStraight | rules.Pursue | PredatorNetwork):
         expected = "a policy that sets ranges (predator_policy=.. takes policies of predators)"
         raise InputError(argument, expected, shown(value))
-    return as_policy(value, argument)
+    return found
+
+
+def as_predator_policy(value: Any) -> Any:
+    """Return a policy of predators, given as an object, a name, a path or a model, or ``None``.
+
+    Raises:
+        InputError: if it is none of these, or is known to set the ranges of a flock.
+    """
+    found = value
+    if isinstance(value, str | os.PathLike):
+        spec = os.fspath(as_path(value, "predator_policy"))
+        if spec not in PREDATORS and policy_file(spec) is None:
+            expected = f"{', '.join(PREDATORS)}, or a policy file (.npz)"
+            raise InputError("predator_policy", expected, shown_name(spec, PREDATORS))
+        found = PREDATORS[spec]() if spec in PREDATORS else find_policy(spec, "predator_policy")
+    elif callable(getattr(value, "predict", None)) and not (isinstance(value, type) or hasattr(value, "act")):
+        found = SB3Policy(value)
+    is_policy = not isinstance(found, type) and callable(getattr(found, "act", None))
+    if value is not None and (not is_policy or getattr(found, "sets_ranges", False)):
+        expected = f"{', '.join(PREDATORS)}, a policy file, a predator's model or an object with a method act"
+        given = f"{shown(value)}, which sets ranges of a flock" if is_policy else shown(value)
+        raise InputError("predator_policy", expected, given)
+    return found
 
 
 def bind(policy: Any, env: Any) -> Callable[[Any], Any]:
@@ -206,29 +241,34 @@ def bind(policy: Any, env: Any) -> Callable[[Any], Any]:
     return as_policy(policy).bind(env)
 
 
-def save_policy(policy: BasePolicy, path: str | Path) -> None:
+def save_policy(policy: BasePolicy | Any, path: str | Path) -> None:
     """Write a policy with its scenario and options to an npz file; an existing file is replaced atomically.
 
     Args:
-        policy: a ``NetworkPolicy``, ``StubbornWitnesses``, ``ListenWhileThreatened`` or
-            ``WinStayLoseShift``, whose method ``with_options`` gave it a view, a scenario and options.
+        policy: a ``NetworkPolicy``, ``PredatorNetwork``, ``StubbornWitnesses``, ``ListenWhileThreatened`` or
+            ``WinStayLoseShift``, whose method ``with_options`` gave it a view, a scenario and options; or a
+            model of stable-baselines3, which is written as its ``SB3Policy.network``.
         path: path of the file.
 
     Raises:
         InputError: if an argument has the wrong type, the policy is of another class or has no view or
-            scenario, or an option is not plain data.
+            scenario, or an option is not plain data; for a model as ``SB3Policy.network``.
     """
     file_path = as_path(path)
+    if callable(getattr(policy, "predict", None)) and not hasattr(policy, "act"):
+        policy = SB3Policy(policy)
+    if isinstance(policy, SB3Policy):
+        policy = policy.network().with_options(name=policy.name)
     scenario, per_agent = getattr(policy, "scenario", None), getattr(policy, "per_agent", None)
     if not isinstance(policy, Stored) or scenario is None or per_agent is None:
         kinds = f"a NetworkPolicy, {', '.join(_RULES)}"
         ways = "policy.with_options(per_agent=.., scenario=.., **options) adds them"
         raise InputError("policy", f"{kinds} with its view and scenario ({ways})", shown(policy))
-    given, options = policy.options or {}, asdict(policy.policy_spec.options)
-    kept = {name: options[name] for name in options if name in given or name not in UNOBSERVED}
+    options = policy.options or asdict(scenario.env_options(policy.all_options(scenario)))
+    kept = {name: value for name, value in options.items() if policy.options or name not in UNOBSERVED}
     header = {
         "name": policy.name,
-        "model": "line" if isinstance(scenario, LineScenario) else "flock",
+        "model": _PREDATOR if isinstance(policy, PredatorNetwork) else scenario.model,
         "scenario": json.loads(scenario.to_json()),
         "per_agent": per_agent,
         "options": to_plain(kept),
@@ -259,11 +299,9 @@ def _stored_policy(header: dict[str, Any], parameters: Any) -> BasePolicy:
     options = dict(header["options"])
     if options.get(_SENSING, 0.0) is None:
         options[_SENSING] = math.inf
-    scenario = from_fields(MODELS[as_choice(header["model"], "model", MODELS)], header["scenario"])
-    short = scenario
-    if isinstance(scenario, LineScenario):  # a long one has gigabytes of entries, of the same kinds
-        short = scenario.replace(num_agents=min(scenario.num_agents, _SHORT_LINE))
-    spec = policy_spec(short, short.env_options(options), per_agent=per_agent)
+    is_predator = header["model"] == _PREDATOR
+    model = "flock" if is_predator else as_choice(header["model"], "model", MODELS)
+    scenario = from_fields(MODELS[model], header["scenario"])
     chosen = {"criterion": header["criterion"]} if "criterion" in header else {}
     architecture: dict[str, Any] | str = header["architecture"]
     policy: Stored
@@ -271,20 +309,30 @@ def _stored_policy(header: dict[str, Any], parameters: Any) -> BasePolicy:
         policy = _RULES[as_choice(architecture, "architecture", _RULES)](*parameters, **chosen)
     else:
         lists = {name: tuple(value) for name, value in architecture.items() if isinstance(value, list)}
-        policy = NetworkPolicy(Architecture(**{**architecture, **lists}), parameters)
-        _check_action(policy, spec, scenario.num_agents)
+        kind = PredatorNetwork if is_predator else NetworkPolicy
+        policy = kind(Architecture(**{**architecture, **lists}), parameters)
+        _check_inputs(policy, scenario, options, per_agent)
     return policy.with_options(name=name, per_agent=per_agent, scenario=scenario, **options)
 
 
-def _check_action(policy: NetworkPolicy, spec: PolicySpec, num_agents: int) -> None:
-    """Check that a network can act, for example that its inputs are observed."""
-    known = set(spec.layout.names)
+def _check_inputs(policy: NetworkPolicy, scenario: Scenario, options: Any, per_agent: bool) -> None:
+    """Check that a network can act, for example that its inputs are observed.
 
-    def shortened(name: str) -> str:
-        rank = name.removeprefix("offset_")
-        is_far = "offset_0" in known and rank.isdecimal() and _SHORT_LINE <= int(rank) < num_agents
-        return "offset_0" if is_far and name == f"offset_{int(rank)}" else name
+    A line of n agents has the entries offset_0 to offset_(n - 1), which can take gigabytes. The network acts
+    on a line of one agent instead, where each of these names stands for offset_0.
+    """
+    if isinstance(scenario, LineScenario):
+        last = scenario.num_agents - 1
+        scenario = scenario.replace(num_agents=1)
+        inputs = tuple("offset_0" if _is_offset(name, last) else name for name in policy.architecture.inputs)
+        policy = NetworkPolicy(replace(policy.architecture, inputs=inputs), policy.parameters)
+    spec: Any = policy_spec(scenario, scenario.env_options(options), per_agent=per_agent)
+    if isinstance(policy, PredatorNetwork):
+        spec = PredatorPolicySpec.of(cast("FlockScenario", scenario))
+    policy.act(np.zeros((1, len(spec.layout.names)), np.float32), spec)
 
-    inputs = tuple(map(shortened, policy.architecture.inputs))
-    architecture = replace(policy.architecture, inputs=inputs)
-    NetworkPolicy(architecture, policy.parameters).act(np.zeros((1, len(known)), np.float32), spec)
+
+def _is_offset(name: str, last: int) -> bool:
+    """Return whether a name is one of offset_0 to offset_``last``."""
+    found = re.fullmatch(r"offset_(0|[1-9]\d*)", name, re.ASCII)
+    return found is not None and int(found[1]) <= last

@@ -1,26 +1,26 @@
-"""``rollout`` and ``simulate``: run a policy on many seeds, or once with the whole trajectory."""
+"""``rollout``: run a policy on many seeds. ``play``: the same for a ``Setup``."""
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterable, Sequence
-from typing import Any, overload
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, Literal, cast, overload
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import NDArray
 
-from flockesc_env.common.checks import as_array, as_count, as_seed, as_seeds
-from flockesc_env.common.errors import InputError, shown
+from flockesc_env import _core
+from flockesc_env.common.checks import FloatArray, as_count, as_seeds, as_threads
 from flockesc_env.common.progress import Progress, reporting
-from flockesc_env.episodes.predators import PredatorPolicy
-from flockesc_env.episodes.starts import fresh_seed
-from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
-from flockesc_env.policies.base import BasePolicy, Policy
-from flockesc_env.policies.playing import Episodes, LineEpisodes, play, record_run
-from flockesc_env.policies.rules import FixedRange, ScheduledRange
-from flockesc_env.policies.setup import refuse, setup
+from flockesc_env.episodes.batch import Columns, FlockBatch, Step
+from flockesc_env.episodes.predators import AnyPredatorPolicy, reset_policy
+from flockesc_env.episodes.spaces import RangeActions, policy_spec
+from flockesc_env.policies.base import BasePolicy, Observations, Policy
+from flockesc_env.policies.network import NetworkPolicy, Parameters, choices
+from flockesc_env.policies.outcomes import RESULTS, Episodes, LineEpisodes
+from flockesc_env.policies.setup import Setup, refuse, setup, setup_in
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.presets import Scenario, as_model
+from flockesc_env.scenario.options import EnvOptions, LineOptions
 
 AnyPolicy = Policy | BasePolicy | str | Any
 """A policy, its name or path, or a model of stable-baselines3."""
@@ -44,8 +44,9 @@ def rollout(
     per_agent: bool | None = None,
     batch_size: int | None = None,
     num_threads: int | None = None,
-    predator_policy: PredatorPolicy | None = None,
+    predator_policy: AnyPredatorPolicy | None = None,
     progress: Progress | bool | None = None,
+    env: Any = None,
     **options: Any,
 ) -> Episodes | LineEpisodes:
     """Run a policy on the flock or line of every seed, to the end of the episode.
@@ -55,19 +56,24 @@ def rollout(
     Args:
         scenario: the model's parameters, or a preset's name; its class decides which model runs.
         policy: sets the ranges: a policy, its name or path (``load_policy``), or a model of
-            stable-baselines3. The options that it knows are used unless given here.
+            stable-baselines3. It plays with the options that it knows; options of the call replace those of
+            a rule, but not those of a trained policy.
         seeds: seeds of the flocks, or their number n for the seeds 0 to n - 1; ``env.reset(seed=k)`` starts
             the same flock.
         per_agent: True: the policy sets one range per agent. False: one per flock. ``None``: as the policy's
             attribute ``per_agent`` says, or the observation space of the model of an ``SB3Policy``.
         batch_size: number of episodes stepped together; ``None``: 64 flocks or 256 lines. Results depend on
-            it only if the policy is random. The core plays a ``NetworkPolicy`` without batches.
+            it if the policy is random and, by rounding, if torch computes it. The core plays a
+            ``NetworkPolicy`` without batches.
         num_threads: number of threads for flocks; ``None``: one per core. Lines use one thread, except under
             a ``NetworkPolicy``.
-        predator_policy: controls the ``Learned`` predators, for example ``Pursue()`` or a trained
-            ``SB3Policy``. ``None``: they fly straight on.
+        predator_policy: controls the ``Learned`` predators: a policy of predators, its name (``"pursue"``) or
+            path, or a model of stable-baselines3. ``None``: they fly straight on.
         progress: ``True``: show a progress bar on stderr. A function: called with (finished episodes, all
             episodes) after every batch.
+        env: flocks of ``sb3.vec_env`` with wrappers of your own, in which a model plays as it was trained: an
+            own observation, ``VecFrameStack``, ``VecNormalize`` (its statistics stay). Outcomes come from the
+            flocks. Scenario and options are those of ``env``, which then needs a reset.
         **options: see ``EnvOptions`` or, for a line, ``LineOptions``.
 
     Returns:
@@ -89,110 +95,130 @@ def rollout(
     checked = as_seeds(seeds)
     size = None if batch_size is None else as_count(batch_size, "batch_size")
     given: Any = {"per_agent": per_agent, "predator_policy": predator_policy, "num_threads": num_threads}
-    playing = setup(policy, scenario, **given, **options)
+    if env is None:
+        entry = setup(policy, scenario, **given, **options)
+    else:
+        entry = setup_in(env, policy, scenario, **given, **options)
+        refuse({"batch_size": size}, "None beside env")
     with reporting(progress, "Rollout", len(checked)) as callback:
-        columns = play(playing, checked, batch_size=size, progress=callback)
-    return (LineEpisodes if isinstance(playing.scenario, LineScenario) else Episodes).of(checked, columns)
+        columns = play(entry, checked, batch_size=size, progress=callback)
+    return RESULTS[entry.scenario.model].of(checked, columns)
 
 
-@overload
-def simulate(
-    scenario: FlockScenario, interaction_range: ArrayLike | None = None, **options: Any
-) -> Trajectory: ...
-@overload
-def simulate(
-    scenario: LineScenario, interaction_range: float | None = None, **options: Any
-) -> LineTrajectory: ...
-@overload
-def simulate(
-    scenario: str | None = None, *arguments: Any, **options: Any
-) -> Any: ...  # the type depends on the preset
-def simulate(
-    scenario: Scenario | str | None = None,
-    interaction_range: Any = None,
-    *,
-    policy: AnyPolicy = None,
-    seed: int | None = None,
-    initial_positions: ArrayLike | None = None,
-    initial_velocities: ArrayLike | None = None,
-    per_agent: bool | None = None,
-    predator_policy: PredatorPolicy | None = None,
-    num_threads: int | None = None,
-    every: int = 1,
-    record: Sequence[str] | None = None,
-    **options: Any,
-) -> Trajectory | LineTrajectory:
-    """Run a flock for ``scenario.num_steps`` steps, or a line until its steady state.
+def play(
+    entry: Setup, seeds: Sequence[int], *, batch_size: int | None = None, progress: Progress | None = None
+) -> Columns:
+    """Run a policy on the flock or line of every seed, see ``rollout``; return outcomes of shape (seeds,)."""
+    policy, model = entry.policy, entry.scenario
+    if entry.env is not None:
+        return cast("Columns", entry.env.unwrapped.play_episodes(entry, seeds, progress))
+    if type(policy) is NetworkPolicy and entry.predator_policy is None:
+        return play_networks(entry, policy.parameters[np.newaxis], seeds, progress)
+    if batch_size is None:
+        batch_size = 256 if isinstance(model, LineScenario) else 64
+    parts: list[Columns] = []
+    for start in range(0, len(seeds), batch_size):
+        chunk = seeds[start : start + batch_size]
+        batch = _LineBatch(entry) if isinstance(model, LineScenario) else flock_batch(entry, len(chunk))
+        total = np.zeros(len(chunk))
+        for _, rewards in episode_steps(batch, policy, chunk):
+            total += rewards.reshape(len(chunk), -1).mean(axis=1)
+        if isinstance(batch, FlockBatch):
+            outcomes = {**batch.core.metrics(), "num_components": batch.core.num_components()}
+        else:
+            outcomes = batch.outcomes()
+        parts.append({**outcomes, "mean_return": total})
+        if progress is not None:
+            progress(start + len(chunk), len(seeds))
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
-    A line has a fixed range: only ``interaction_range`` or a ``FixedRange``, and ``seed``, can be given.
-    ``simulate_line`` also takes an initial state.
 
-    Args:
-        scenario: the model's parameters, or a preset's name; its class decides which model runs. ``None``:
-            the scenario of the policy, or the paper's flock if it has none.
-        interaction_range: rho in m, a scalar or one per agent, shape (n,). Give this or ``policy``.
-        policy: sets the ranges; see ``rollout``. The ranges of a ``ScheduledRange`` apply to every step.
-        seed: seed of the initial state, the predators, noise and randomized fields. ``env.reset(seed=seed)``
-            starts the same flock. ``None``: a random seed from the operating system. ``models.Flock``
-            continues a run: with the same seed, ``simulate`` would draw the same noise again.
-        initial_positions: r(0) in m, shape (n, D); ``None``: drawn from the seed.
-        initial_velocities: v(0) in m/s, shape (n, D); ``None``: drawn from the seed. With constant speed an
-            agent has speed v0 from its first step on.
-        per_agent: see ``rollout``.
-        predator_policy: see ``rollout``.
-        num_threads: number of threads for a large flock; ``None``: one per core. Results do not depend on it.
-        every: number of steps between two recorded times.
-        record: names of the recorded columns of ``Trajectory``, such as ``["polarization"]``; ``None``: all,
-            of which positions and velocities take the memory.
-        **options: options of the policy's environment, see ``EnvOptions``.
+def play_networks(
+    entry: Setup, parameters: Parameters, seeds: Sequence[int], progress: Progress | None = None
+) -> Columns:
+    """Run networks with the architecture of ``entry.policy`` on every seed in the core, as ``play``.
+
+    ``parameters`` has shape (1, architecture.size) for one network on all flocks, or (seeds,
+    architecture.size) for one network per flock. ``Learned`` predators fly straight on. Results do not
+    depend on the machine.
 
     Returns:
-        ``Trajectory`` or, for a line, ``LineTrajectory``.
+        The outcomes in ``Episodes`` or ``LineEpisodes`` and ``num_actions``, each of shape (seeds,).
 
     Raises:
-        InputError: if an argument has the wrong type or shape, or is negative or not finite; if the scenario
-            draws a number that is out of bounds, or the policy cannot play in it.
-        MemoryError: for the run.
-
-    Examples:
-        >>> run = simulate("paper-flock", 10.0, seed=7)
-        >>> round(float(run.mean_distance.min()), 2)
-        77.31
-        >>> run.positions.shape
-        (241, 300, 2)
-        >>> simulate(policy="stubborn-leaders", seed=7).interaction_ranges.shape
-        (240, 300)
+        InputError: if the networks set values and the action mode is not ``"normalized"``, an input is not
+            in the observation, or ``parameters`` has the wrong shape or an entry that is not finite.
     """
-    if (interaction_range is None) == (policy is None):
-        given = "neither" if policy is None else "both"
-        raise InputError("interaction_range", "either interaction_range or policy", given)
-    start: dict[str, Any] = {"initial_positions": initial_positions, "initial_velocities": initial_velocities}
-    recording: dict[str, Any] = {"every": every, "record": record}
-    steering: dict[str, Any] = {"per_agent": per_agent, "predator_policy": predator_policy}
-    steering = {name: value for name, value in steering.items() if value is not None} | options
-    ranges, model = interaction_range, FlockScenario() if scenario is None else as_model(scenario)
-    if policy is not None:
-        playing = setup(policy, scenario, num_threads=num_threads, **steering)
-        player, model = playing.policy, playing.scenario
-        if isinstance(player, FixedRange):
-            ranges = player.interaction_range
-        elif isinstance(model, LineScenario):
-            raise InputError("policy", "a FixedRange for a line", player.name)
-        elif isinstance(player, ScheduledRange):
-            player.check_length(model.num_steps)
-            ranges = player.schedule if player.per_agent else player.schedule[:, None]
-        if ranges is None or (steering and isinstance(model, FlockScenario)):
-            return record_run(playing, fresh_seed() if seed is None else as_seed(seed), start, **recording)
-    elif isinstance(ranges, str | os.PathLike) or hasattr(ranges, "act"):
-        raise InputError("interaction_range", "ranges in m (policy=.. takes a policy)", shown(ranges))
-    if isinstance(model, LineScenario):
-        refuse({**start, **steering, "num_threads": num_threads, "record": record}, "None for a line")
-        as_count(every, "every", most=1)
-        return simulate_line(model, ranges, seed=seed)
-    if policy is None:
-        for name, value in steering.items():
-            raise InputError(name, "a policy beside it", shown(value))
-        if (array := as_array(ranges, "interaction_range")).ndim > 1:
-            expected = f"a scalar or shape ({model.num_agents},) (policy=ScheduledRange(..): one per step)"
-            raise InputError("interaction_range", expected, f"shape {array.shape}")
-    return run_flock(model, ranges, seed=seed, num_threads=num_threads, **start, **recording)
+    report = None if progress is None else lambda done: progress(done, len(seeds))
+    architecture = cast("NetworkPolicy", entry.policy).architecture
+    numbers, actions = np.array(seeds, np.uint64), RangeActions(entry.options)
+    _, ranges = choices(architecture, actions, entry.options.candidates)
+    network = architecture.to_core(), parameters, ranges
+    if isinstance(entry.scenario, FlockScenario):
+        return flock_batch(entry, 1).core.rollout(network, numbers, report)
+    documents = entry.scenario.to_json(), cast("LineOptions", entry.options).to_core()
+    threads = as_threads(entry.num_threads)
+    return _core.rollout_line(documents, actions.core, network, numbers, threads, report)
+
+
+def flock_batch(entry: Setup, num_flocks: int) -> FlockBatch:
+    """Return flocks in which a policy plays."""
+    return FlockBatch(
+        cast("FlockScenario", entry.scenario),
+        cast("EnvOptions", entry.options),
+        num_flocks=num_flocks,
+        per_agent=entry.per_agent,
+        num_threads=entry.num_threads,
+        predator_policy=entry.predator_policy,
+    )
+
+
+def episode_steps(
+    batch: FlockBatch | _LineBatch,
+    policy: Policy,
+    seeds: Sequence[int],
+    options: Sequence[Mapping[str, Any] | None] = (None,),
+) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Run a policy in every slot of a batch, with a seed per slot, until all episodes have ended.
+
+    Yields:
+        Ranges in m and rewards after every action, both of shape (num_flocks * rows,).
+    """
+    observations, _ = batch.reset(range(len(seeds)), seeds, options)
+    reset_policy(policy, np.ones(len(observations), bool))
+    has_ended = False
+    while not has_ended:
+        actions = policy.act(observations, batch.policy_spec)
+        observations, rewards, ended, ranges, _ = batch.step(actions, at_end="stay")
+        has_ended = bool(ended.all())
+        yield ranges, rewards
+
+
+class _LineBatch:
+    """Episodes of lines, stepped together like the flocks of a ``FlockBatch``."""
+
+    def __init__(self, entry: Setup) -> None:
+        scenario, options = cast("LineScenario", entry.scenario), cast("LineOptions", entry.options)
+        self.policy_spec = policy_spec(scenario, options)
+        self._documents = scenario.to_json(), options.to_core()
+        self._lines: list[_core.LineEpisode] = []
+
+    def reset(self, _: Sequence[int], seeds: Sequence[int], __: Any) -> tuple[Observations, Columns]:
+        self._lines = [_core.LineEpisode(*self._documents, seed) for seed in seeds]
+        self._observations = np.stack([line.observe() for line in self._lines])
+        return self._observations, {}
+
+    def step(self, actions: NDArray[np.generic], *, at_end: Literal["stay"]) -> Step:  # noqa: ARG002
+        ranges = self.policy_spec.actions.to_ranges(actions, len(self._lines))
+        rewards = np.zeros(len(self._lines))
+        for row, line in enumerate(self._lines):
+            if not line.has_ended:
+                self._observations[row], rewards[row], *_ = line.step(float(ranges[row]))
+        return self._observations, rewards, self._column("has_ended"), ranges, {}
+
+    def outcomes(self) -> Columns:
+        columns = {name: self._column(name) for name in ("escape_distance", "steps", "num_components")}
+        return {**columns, "converged": self._column("is_steady")}
+
+    def _column(self, name: str) -> NDArray[Any]:
+        return np.array([getattr(line, name) for line in self._lines])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Any, cast
+from typing import Any, Final
 
 import gymnasium
 import numpy as np
@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 from flockesc_env.common.checks import as_flag
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.predators import PredatorPolicySpec
-from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec, policy_spec
-from flockesc_env.policies.base import BasePolicy, Observations, RowMemory, check_options, normalizer_of
-from flockesc_env.policies.network import NetworkPolicy, Squash, torch_network
-from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.options import UNOBSERVED, VIEWS, EnvOptions, LineOptions
-from flockesc_env.scenario.presets import Scenario
+from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec
+from flockesc_env.policies.base import BasePolicy, Observations, RowMemory, check_origins, normalizer_of
+from flockesc_env.policies.network import NetworkPolicy, torch_network
+from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.options import UNOBSERVED, VIEWS
+
+STORED_SPEC: Final = "flockesc_spec"
+"""Attribute of a model for the spec of its training, which ``FlockEvalCallback`` sets; ``save`` keeps it."""
 
 
 class SB3Policy(BasePolicy, RowMemory):
@@ -27,8 +29,8 @@ class SB3Policy(BasePolicy, RowMemory):
     The state of a recurrent model is kept per row and reset at the start of every episode. The model plays
     with the scenario and the options of its environment; ``reward`` and ``count_components`` may differ. A
     saved model contains its spaces but no environment. After ``model.load(path)``, without ``env``, the
-    policy classes ``RangePolicy`` and ``ScorerPolicy`` still know them; with another class give options to
-    ``with_options`` or to the call that plays.
+    policy classes ``RangePolicy`` and ``ScorerPolicy``, and models that ``FlockEvalCallback`` judged, still
+    know them; with another model give options to ``with_options`` or to the call that plays.
 
     Observations are normalized with the statistics of ``vec_normalize``. A saved model does not contain these
     statistics. It contains the last observations of its training: if they are out of bounds, they were
@@ -58,31 +60,32 @@ class SB3Policy(BasePolicy, RowMemory):
         self.model, self.name = model, type(model).__name__
         self.vec_normalize = vec_normalize
         self.deterministic = as_flag(deterministic, "deterministic")
+        self.observation_space = getattr(model, "observation_space", None)
         self._checked_spec: Any = None
-        spec = self._trained_spec()
+        env = self._environment()
+        spec = _spec_of(env) or _stored_spec(model)
         if spec is not None:
-            self.options, self.per_agent = asdict(spec.options), spec.per_agent
-            self.scenario = spec.scenario
+            self.options, self.per_agent, self.scenario = asdict(spec.options), spec.per_agent, spec.scenario
 
     @property
     def sets_ranges(self) -> bool:  # type: ignore[override]
         """Whether the model is known to set ranges; it may also control predators otherwise."""
-        return self._trained_spec() is not None
+        return self.options is not None
 
     def check_known(self) -> None:
         """Raise ``InputError`` if the options of the training are unknown, or two origins disagree."""
-        stored = _stored_spec(self.model)
-        if self.scenario is None and self.options is None and hasattr(self.model, "observation_space"):
-            name = type(self.model).__name__
+        name, env = type(self.model).__name__, self._environment()
+        if self.scenario is None and self.options is None and self.observation_space is not None:
             expected = (
                 f"the environment of the training, as after {name}.load(path, env=env), or its scenario and"
                 " options, as in SB3Policy(model).with_options(scenario=.., **options)"
             )
-            env = getattr(self.model, "env", None)
             raise InputError("model.env", expected, "none" if env is None else shown(env))
-        spec = self._trained_spec()
-        if stored is not None and spec is not None:
-            check_options(stored.options, spec.options, "trained (stored in the model)")
+        stored, found = _stored_spec(self.model), _spec_of(env)
+        if stored is not None and found is not None:
+            known = {"the spec stored in the model": vars(stored.options)}
+            known["the environment of the model"] = vars(found.options)
+            check_origins(known, f"; type {name}.load(path) to play with the stored ones")
 
     def act(self, observations: Observations, spec: PolicySpec | PredatorPolicySpec) -> NDArray[Any]:
         """Return the model's action for every row; see ``Policy.act``.
@@ -92,6 +95,8 @@ class SB3Policy(BasePolicy, RowMemory):
                 normalized observations are missing, or the number of rows changes during an episode.
         """
         if spec is not self._checked_spec:
+            if isinstance(spec, PolicySpec):
+                self.check(spec.options, per_agent=spec.per_agent)
             self._check_spaces(spec)
             self._checked_spec = spec
         begins = self._begin(len(observations))
@@ -106,22 +111,6 @@ class SB3Policy(BasePolicy, RowMemory):
         )
         self._remember(len(observations), state)
         return actions
-
-    def is_per_agent_in(self, scenario: Scenario, options: EnvOptions | LineOptions) -> bool:
-        """Return whether the model observes agents, not the flock, in a scenario with these options.
-
-        Raises:
-            InputError: if it observes neither of them.
-        """
-        trained = getattr(self.model, "observation_space", None)
-        if trained is None or isinstance(scenario, LineScenario) or isinstance(options, LineOptions):
-            return False
-        specs = (policy_spec(scenario, options, per_agent=per_agent) for per_agent in VIEWS)
-        spaces = {spec.per_agent: spec.layout.space() for spec in specs}
-        for per_agent, space in spaces.items():
-            if trained == space:
-                return per_agent
-        raise _space_error(trained, {VIEWS[per_agent]: space for per_agent, space in spaces.items()})
 
     def network(self) -> NetworkPolicy:
         """Return the mode of the action distribution as a ``NetworkPolicy``, which ``save_policy`` can store.
@@ -141,32 +130,44 @@ class SB3Policy(BasePolicy, RowMemory):
         """
         scorer = getattr(getattr(self.model, "policy", None), "network", None)
         layers = [] if scorer is not None else _layers(self.model)
-        self.check_known()
-        spec = self._trained_spec() or self.policy_spec
-        if spec.actions.mode == "range":
-            expected = "'normalized' or 'discrete'"
-            raise InputError("model.env.options.action_mode", expected, repr(spec.actions.mode))
+        is_predator = getattr(getattr(self.model, "action_space", None), "shape", None) in ((2,), (3,))
+        if is_predator:
+            scenario, options = self._hunted()
+            spec: Any = PredatorPolicySpec.of(scenario)
+        else:
+            self.check_known()
+            spec = self.policy_spec
+            scenario, options = spec.scenario, vars(spec.options)
+            if spec.actions.mode == "range":
+                expected = "'normalized' or 'discrete'"
+                raise InputError("model.env.options.action_mode", expected, repr(spec.actions.mode))
         self._check_spaces(spec)
-        made_for = {name: value for name, value in asdict(spec.options).items() if name not in UNOBSERVED}
-        made_for |= {"scenario": spec.scenario, "per_agent": spec.per_agent}
         if scorer is not None:  # of ``ScorerPolicy``
-            return cast("NetworkPolicy", scorer()).with_options(**made_for)
-        grid = spec.actions.grid
-        ranges = () if grid is None else tuple(grid.tolist())
-        squash: Squash = "tanh" if self.model.policy.squash_output else "clip"
-        network = torch_network(layers, spec.layout.names, squash=squash, ranges=ranges)
-        normalizer = self._normalizer()
-        plain = network if normalizer is None else _normalized(network, spec.layout, normalizer)
-        return plain.with_options(**made_for)
+            network: NetworkPolicy = scorer()
+        else:
+            grid = None if is_predator else spec.actions.grid
+            head: Any = {"ranges": () if grid is None else tuple(grid.tolist()), "is_predator": is_predator}
+            head["squash"] = "tanh" if self.model.policy.squash_output else "clip"
+            network = torch_network(layers, spec.layout.names, **head)
+            if (normalizer := self._normalizer()) is not None:
+                network = _normalized(network, spec.layout, normalizer)
+        made_for = {name: value for name, value in options.items() if name not in UNOBSERVED}
+        view = None if is_predator else spec.per_agent
+        return network.with_options(per_agent=view, scenario=scenario, **made_for)
 
-    def _trained_spec(self) -> PolicySpec | None:
-        """Return the spec of the training: of the environment that the model or the wrapper holds, or stored.
+    def _hunted(self) -> tuple[FlockScenario, dict[str, Any]]:
+        """Return the scenario and the options of the environment of a model that controls predators."""
+        if (env := self._environment()) is None:
+            raise InputError(
+                "model.env", "the environment of the training, as after load(path, env=env)", "none"
+            )
+        scenario, options = (env.get_attr(name, [0])[0] for name in ("scenario", "options"))
+        return scenario, vars(options)
 
-        ``None``: the model has no environment, or one that is not of this package or sets no ranges.
-        """
+    def _environment(self) -> Any:
+        """Return the environment that the model or else the wrapper holds, or ``None``."""
         env = getattr(self.model, "env", None)
-        env = self.vec_normalize or None if env is None else env
-        return _stored_spec(self.model) if env is None else _spec_of(env)
+        return self.vec_normalize or None if env is None else env
 
     def _normalizer(self) -> Any:
         """Return the ``VecNormalize`` that normalizes observations, or ``None``."""
@@ -193,26 +194,19 @@ class SB3Policy(BasePolicy, RowMemory):
             raise InputError("vec_normalize", expected, "none")
 
     def _check_spaces(self, spec: PolicySpec | PredatorPolicySpec) -> None:
-        if isinstance(spec, PolicySpec):
-            row, actions = VIEWS[spec.per_agent], spec.actions.space()
-        else:
-            row, actions = "predator", spec.space()
+        row = VIEWS[spec.per_agent] if isinstance(spec, PolicySpec) else "predator"
         observed = spec.layout.space()
-        trained = getattr(self.model, "observation_space", None)
-        if trained is not None and trained != observed:
-            raise _space_error(trained, {row: observed})
+        if self.observation_space is not None and self.observation_space != observed:
+            raise space_error(self.observation_space, {row: observed})
         trained = getattr(self.model, "action_space", None)
-        if trained is not None and trained != actions:
-            raise InputError("model.action_space", f"the environment's, {actions}", trained)
+        if trained is not None and trained != spec.space():
+            raise InputError("model.action_space", f"the environment's, {spec.space()}", trained)
         self._check_normalizer(spec.layout)
-        trained_spec = self._trained_spec()
-        if isinstance(spec, PolicySpec) and trained_spec is not None:
-            check_options(trained_spec.options, spec.options, "trained")
 
 
 def _stored_spec(model: Any) -> PolicySpec | None:
-    """Return the spec that ``RangePolicy`` or ``ScorerPolicy`` stores in a model, or ``None``."""
-    found = (getattr(model, "policy_kwargs", None) or {}).get("spec")
+    """Return the spec that a callback, ``RangePolicy`` or ``ScorerPolicy`` stores in a model, or ``None``."""
+    found = getattr(model, STORED_SPEC, None) or (getattr(model, "policy_kwargs", None) or {}).get("spec")
     return found if isinstance(found, PolicySpec) else None
 
 
@@ -225,14 +219,14 @@ def _spec_of(env: Any) -> PolicySpec | None:
     return found if isinstance(found, PolicySpec) else None
 
 
-def _space_error(trained: Any, spaces: Mapping[Any, gymnasium.Space[Any]]) -> InputError:
+def space_error(trained: Any, spaces: Mapping[Any, gymnasium.Space[Any]]) -> InputError:
     """Return the error about a model whose observations are not those of a flock, an agent or a predator."""
     shapes = " or ".join(f"{space.shape} for one row per {name}" for name, space in spaces.items())
     is_known = trained.shape in {space.shape for space in spaces.values()}
     return InputError(
         "model.observation_space",
         f"shape {shapes}, with the options of the training and without a wrapper that changes observations"
-        " (VecFrameStack, TimeAwareObservation)",
+        " (VecFrameStack, TimeAwareObservation); env=.. plays through wrappers",
         f"{trained.shape or trained}{' with other bounds' if is_known else ''}",
     )
 
@@ -272,4 +266,4 @@ def _normalized(network: NetworkPolicy, layout: ObservationLayout, normalizer: A
     weights, biases, rest = np.split(network.parameters, [inputs * outputs, (inputs + 1) * outputs])
     weights = (weights.reshape(inputs, outputs) / scale[:, np.newaxis]).astype(np.float32)
     parameters = np.concatenate([weights.ravel(), biases - (mean[:, np.newaxis] * weights).sum(axis=0), rest])
-    return NetworkPolicy(network.architecture, parameters)
+    return type(network)(network.architecture, parameters)

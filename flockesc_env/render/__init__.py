@@ -3,7 +3,6 @@
 The first picture loads pygame. Importing this package does not.
 """
 
-from flockesc_env.render.frames import RenderOptions
 from flockesc_env.render.video import draw
 
-__all__ = ["RenderOptions", "draw"]
+__all__ = ["draw"]

@@ -1,4 +1,4 @@
-"""Contents of pictures: options, a flock at one time (of an environment or a run), a line, and titles."""
+"""Contents of pictures: their size, a flock at one time (of an environment or a run), a line, and titles."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import FloatArray, as_count, as_instance
+from flockesc_env.common.checks import FloatArray, as_count
 from flockesc_env.common.errors import InputError, printable
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.models.simulate import Trajectory
@@ -21,29 +21,12 @@ TRAIL = 3.0
 """Length of a predator's trail in s."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class RenderOptions:
-    """Options of pictures.
-
-    Attributes:
-        size: width and height in pixels, an even number from 160 to 16384.
-
-    Raises:
-        InputError: if an option has a wrong type or is out of bounds; it names the option.
-    """
-
-    size: int = 512
-
-    def __post_init__(self) -> None:
-        size = as_count(self.size, "size", least=160, most=16_384)
-        if size % 2:
-            raise InputError("size", "an even number", size)
-        vars(self)["size"] = size
-
-
-def as_render_options(value: Any) -> RenderOptions:
-    """Return render options, the defaults for ``None``; anything else raises ``InputError``."""
-    return RenderOptions() if value is None else as_instance(value, "render_options", RenderOptions)
+def as_size(value: Any, field: str = "size") -> int:
+    """Return the width and height of a picture in pixels, an even number from 160 to 16384."""
+    size = as_count(value, field, least=160, most=16_384)
+    if size % 2:
+        raise InputError(field, "an even number", size)
+    return size
 
 
 @dataclass(frozen=True, eq=False)

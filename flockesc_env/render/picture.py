@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.extras import require
-from flockesc_env.render.frames import FlockFrame, LineFrame, RenderOptions, initial_region
+from flockesc_env.render.frames import FlockFrame, LineFrame, initial_region
 from flockesc_env.render.palette import LIGHT, Color, faded, range_colors, rgb
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # pygame prints a greeting on stdout
@@ -119,9 +119,9 @@ def camera(view: FloatArray, size: int) -> Camera:
     return Camera(matrix, middle - view.mean(axis=0) @ matrix, scale)
 
 
-def draw_frame(frame: FlockFrame | LineFrame, options: RenderOptions, title: str = "") -> Image:
+def draw_frame(frame: FlockFrame | LineFrame, size: int, title: str = "") -> Image:
     """Return a picture, shape (size, size, 3). Equal frames give equal pictures."""
-    canvas = Canvas(options.size)
+    canvas = Canvas(size)
     if isinstance(frame, LineFrame):
         _draw_line(canvas, frame, title)
     else:

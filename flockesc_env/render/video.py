@@ -21,8 +21,7 @@ from flockesc_env.common.progress import Progress
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, as_runs
 from flockesc_env.render.frames import (
     LineFrame,
-    RenderOptions,
-    as_render_options,
+    as_size,
     enclose,
     policy_title,
     recorded_frame,
@@ -59,7 +58,7 @@ def draw(
     run: Trajectory | LineTrajectory,
     step: int,
     *,
-    options: RenderOptions | None = None,
+    size: int = 512,
     title: str = "",
     objective: Objective = "min_mean_distance",
 ) -> NDArray[np.uint8]:
@@ -68,16 +67,12 @@ def draw(
     Args:
         run: the run.
         step: the time, as a number of steps from 0 to T.
-        options: what the picture shows; ``None`` takes the defaults.
+        size: width and height in pixels, an even number from 160 to 16384.
         title: text above the picture.
         objective: the objective J in the picture of a flock; see ``EnvOptions``.
-
-    Raises:
-        InputError: if the run has no such step, or an argument has a wrong type.
-        DependencyNotInstalled: if pygame is missing.
     """
     as_run(run, "run")
-    options, title = as_render_options(options), as_text(title, "title")
+    size, title = as_size(size), as_text(title, "title")
     as_choice(objective, "objective", FlockScenario.objectives)
     last = run.steps if isinstance(run, LineTrajectory) else run.scenario.num_steps
     step = as_count(step, "step", least=0, most=last)
@@ -85,10 +80,10 @@ def draw(
 
     if isinstance(run, LineTrajectory):
         history = [(t, run.states[t], run.interaction_range if t else 0.0) for t in range(step + 1)]
-        return draw_frame(LineFrame(run.scenario, history, run.interaction_range), options, title)
+        return draw_frame(LineFrame(run.scenario, history, run.interaction_range), size, title)
     largest = float(run.interaction_ranges.max())
     frame = recorded_frame(run, step, objective, recorded_view(run, step), largest)
-    return draw_frame(frame, options, title)
+    return draw_frame(frame, size, title)
 
 
 def write_video(
@@ -97,7 +92,7 @@ def write_video(
     *,
     fps: int | None = None,
     speed: float = 1.0,
-    options: RenderOptions | None = None,
+    size: int | None = None,
     objective: Objective = "min_mean_distance",
     progress: Progress | None = None,
 ) -> None:
@@ -111,13 +106,11 @@ def write_video(
         path: a file that ends in ``.mp4`` or ``.gif``.
         fps: frames per second; ``None``: 20, or 10 in a ``.gif``, which compresses less.
         speed: seconds of the model per second of the video.
-        options: ``size`` is the width of one run. ``None``: 512, or 400 in a ``.gif``.
+        size: width and height of one run in pixels; ``None``: 512, or 400 in a ``.gif``.
         objective: the objective J in the pictures; see ``EnvOptions``.
         progress: called with (frames written, all frames). If it raises an exception, no file is written.
 
     Raises:
-        InputError: if an argument has a wrong type or value; it names the argument.
-        DependencyNotInstalled: if pygame or imageio-ffmpeg is missing.
         OSError: if the file cannot be written; an older file stays as it was.
     """
     path = as_path(path)
@@ -127,8 +120,8 @@ def write_video(
         raise InputError("path", f"a file that ends in {' or '.join(_FORMATS)}", path)
     if not path.parent.is_dir():
         raise InputError("path", "a file in a folder that exists", path)
-    default_fps, size = (10, 400) if suffix == ".gif" else (20, 512)
-    options = RenderOptions(size=size) if options is None else as_render_options(options)
+    default_fps, default_size = (10, 400) if suffix == ".gif" else (20, 512)
+    size = as_size(default_size if size is None else size)
     fps = as_count(default_fps if fps is None else fps, "fps")
     pace = float(as_floats(speed, "speed", ()))
     if pace <= 0:
@@ -153,7 +146,7 @@ def write_video(
         film = str(Path(folder, f"film{suffix}"))
         writer = imageio_ffmpeg.write_frames(
             film,
-            tuple(count * options.size for count in grid_shape(len(runs))),
+            tuple(count * size for count in grid_shape(len(runs))),
             fps=fps,
             macro_block_size=1,
             ffmpeg_log_level="error",  # ffmpeg warns of every GIF that it has colors twice
@@ -167,7 +160,7 @@ def write_video(
                     time = (done - 1) * pace / fps
                     step = min(round(time / run.scenario.time_step), run.scenario.num_steps)
                     frame = recorded_frame(run, step, objective, view, largest)
-                    pictures.append(draw_frame(frame, options, title))
+                    pictures.append(draw_frame(frame, size, title))
                 for picture in pictures[1:]:
                     picture[:2] = picture[:, :2] = rgb(LIGHT.frame)
                 try:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
-from flockesc_env.render.frames import FlockFrame, LineFrame, RenderOptions, as_render_options
+from flockesc_env.render.frames import FlockFrame, LineFrame, as_size
 
 Image = NDArray[np.uint8]
 RenderMode = Literal["human", "rgb_array"]
@@ -24,9 +24,8 @@ class Viewer:
     ``frames`` has an entry per flock, or one for a line: its state after the last reset or step, or ``None``.
     """
 
-    def __init__(self, mode: RenderMode, options: RenderOptions, fps: int, count: int) -> None:
-        self._mode, self._fps = mode, fps
-        self.options = options
+    def __init__(self, mode: RenderMode, size: int, fps: int, count: int) -> None:
+        self._mode, self._size, self._fps = mode, size, fps
         self.frames: list[Any] = [None] * count
 
     def update(self, frames: Sequence[FlockFrame | LineFrame]) -> None:
@@ -41,7 +40,7 @@ class Viewer:
             raise ResetNeededError("render() called before reset()")
         from flockesc_env.render.picture import draw_frame  # loads pygame, an extra
 
-        return [draw_frame(frame, self.options) for frame in self.frames]
+        return [draw_frame(frame, self._size) for frame in self.frames]
 
     def render(self) -> list[Image] | None:
         """Return ``images`` or, in mode ``"human"``, show them."""
@@ -60,15 +59,15 @@ class Viewer:
             picture.close_window()
 
 
-def as_viewer(mode: Any, options: Any, fps: int, count: int = 1) -> Viewer | None:
+def as_viewer(mode: Any, size: Any, fps: int, count: int = 1) -> Viewer | None:
     """Return the viewer of ``count`` flocks, or of a line; ``None`` without a mode.
 
-    An invalid mode or invalid options raise ``InputError``.
+    An invalid mode or size raises ``InputError``.
     """
     if mode is not None and (not isinstance(mode, str) or mode not in RENDER_MODES):
         raise InputError("render_mode", f"one of {', '.join(RENDER_MODES)} or None", shown(mode))
-    chosen = as_render_options(options)
-    return None if mode is None else Viewer(mode, chosen, fps, count)  # type: ignore[arg-type]
+    size = as_size(size, "render_size")
+    return None if mode is None else Viewer(mode, size, fps, count)  # type: ignore[arg-type]
 
 
 def grid_shape(count: int) -> tuple[int, int]:

@@ -4,32 +4,42 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Sequence
-from dataclasses import asdict
 from functools import partial
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Unpack, get_args
+from typing import Any, Unpack, cast, get_args
 
 import gymnasium
 import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv
+from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, sync_envs_normalization
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from flockesc_env.common.checks import as_array, as_choice, as_count, as_flag, as_path
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.files import write_together
+from flockesc_env.common.progress import Progress
 from flockesc_env.envs import _autoreset
-from flockesc_env.envs._base import FlockArguments, Infos, ManyFlocks, Registered, survives_interrupts
+from flockesc_env.envs._base import (
+    FlockArguments,
+    Infos,
+    LineArguments,
+    ManyFlocks,
+    Registered,
+    Side,
+    named_arguments,
+    survives_interrupts,
+)
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.batch import Columns, info_dicts
+from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.episodes.starts import Scenarios, consecutive_seeds, fresh_seed
-from flockesc_env.policies.playing import play
-from flockesc_env.policies.sb3 import SB3Policy
-from flockesc_env.policies.setup import setup
+from flockesc_env.policies.rollout import AnyPolicy, play
+from flockesc_env.policies.sb3 import STORED_SPEC, SB3Policy
+from flockesc_env.policies.setup import Setup, flocks_of, setup, setup_in
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import preset
 
@@ -38,7 +48,7 @@ def vec_env(
     scenario: Scenarios | LineScenario | None = None,
     num_flocks: int = 1,
     *,
-    per_agent: bool = False,
+    per_agent: bool | None = None,
     **options: Any,
 ) -> VecEnv:
     """Return an environment with one slot per flock, per agent or per line.
@@ -50,11 +60,12 @@ def vec_env(
         scenario: as for ``BatchVectorEnv``. A ``LineScenario``, or the name of one, makes lines.
         num_flocks: number of flocks, or of lines.
         per_agent: True: one slot per agent, for a shared policy that sets the range of each agent. False: one
-            slot per flock.
+            slot per flock. With ``side="predator"``, as for ``PredatorEnv``.
         **options: for flocks those of ``FlockArguments`` and ``EnvOptions``, and ``infos``: which ``info``
             dicts of ``step`` have entries. ``"all"``: all. ``"end"``: those of slots whose episode has ended
             in this step; the others share one new empty dict, which is faster. ``render`` returns one image
-            of all flocks. For lines those of ``LineArguments`` and ``LineOptions``.
+            of all flocks. ``side="predator"``, with ``flock_policy``, has one slot per ``Learned`` predator.
+            For lines those of ``LineArguments`` and ``LineOptions``.
 
     Raises:
         InputError: as ``FlockEscapeEnv`` and ``LineEscapeEnv``; if scenarios of a list do not agree; if lines
@@ -63,8 +74,9 @@ def vec_env(
     model = preset(scenario) if isinstance(scenario, str) else scenario
     if not isinstance(model, LineScenario):
         return BatchVecEnv(model, num_flocks, per_agent=per_agent, **options)
-    if as_flag(per_agent, "per_agent"):
+    if per_agent is not None and as_flag(per_agent, "per_agent"):
         raise InputError("per_agent", "False, because all agents of a line have the same range", per_agent)
+    model.env_options(options, LineArguments, named_arguments(vec_env))
     envs = DummyVecEnv([partial(LineEscapeEnv, model, **options)] * as_count(num_flocks, "num_flocks"))
     envs.set_attr("spec", gymnasium.spec("flockesc/LineEscape-v1"))
     return envs
@@ -78,17 +90,22 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         scenario: Scenarios | None = None,
         num_flocks: int = 1,
         *,
-        per_agent: bool = False,
+        per_agent: bool | None = None,
         infos: Infos = "all",
+        side: Side = "flock",
+        flock_policy: AnyPolicy = None,
         **arguments: Unpack[FlockArguments],
     ) -> None:
-        super().__init__(scenario, arguments, num_flocks=num_flocks, per_agent=per_agent)
+        playing: Any = {"per_agent": per_agent, "side": side, "flock_policy": flock_policy}
+        super().__init__(scenario, arguments, num_flocks=num_flocks, **playing)
         self._infos: Infos = as_choice(infos, "infos", get_args(Infos))
         self._actions: NDArray[Any] | None = None
+        self._returns: NDArray[np.float64] | None = None  # of `play_episodes`
         metadata, slots = self.metadata, self._batch.num_flocks * self._batch.rows
-        VecEnv.__init__(self, slots, self.policy_spec.layout.space(), self.policy_spec.actions.space())
+        VecEnv.__init__(self, slots, self.policy_spec.layout.space(), self.policy_spec.space())
         self.metadata = metadata
-        kind = "FlockAgents" if self.policy_spec.per_agent else "FlockEscape"
+        kind = "FlockAgents" if self._batch.policy_spec.per_agent else "FlockEscape"
+        kind = "Predator" if side == "predator" else kind
         self.spec = gymnasium.spec(f"flockesc/{kind}-v1")
 
     @survives_interrupts
@@ -123,9 +140,14 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
             InputError: if the action is outside the action space.
             ResetNeededError: if called before ``reset``.
         """
+        has_all = self._infos == "all"
+        if self._returns is not None:
+            rows, rewards, _, ranges, columns = self._batch.step(self._actions, at_end="stay")
+            self._returns += rewards.reshape(len(self._returns), -1).mean(axis=1)
+            slot_infos = self._slot_infos(columns, ranges) if has_all else [{}] * self.num_envs
+            return rows, rewards.astype(np.float32), np.zeros(self.num_envs, np.bool), slot_infos
         step = _autoreset.step(self._batch, self._actions, AutoresetMode.SAME_STEP)
         dones = step.terminations | step.truncations
-        has_all = self._infos == "all"
         slot_infos = self._slot_infos(step.columns, step.ranges) if has_all else [{}] * self.num_envs
         if step.ending is not None:
             slots = np.flatnonzero(dones).tolist()
@@ -137,6 +159,43 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
                 slot_infos[slot] = info
         self._show()
         return step.observations, step.rewards.astype(np.float32), dones, slot_infos
+
+    def play_episodes(self, entry: Setup, seeds: Sequence[int], progress: Progress | None = None) -> Columns:
+        """Play the model of ``entry`` in its ``env``, a wrapper of this environment; see ``play``.
+
+        All flocks of a chunk start together and stay at their end, and no slot is done, so that no wrapper
+        sees an automatic reset. A ``VecNormalize`` does not learn. A reset is needed afterwards.
+        """
+        env, size, policy = entry.env, self._batch.num_flocks, cast("SB3Policy", entry.policy)
+        kept, learning, layer, parts = (self._seeds, self._options), [], env, []
+        while layer is not self:
+            learning += [layer] if vars(layer).get("training") else []
+            layer = layer.venv
+        try:
+            for layer in learning:
+                layer.training = False
+            for start in range(0, len(seeds), size):
+                chunk = [*seeds[start : start + size]]
+                padded = [*chunk, *chunk[-1:] * (size - len(chunk))]
+                self._seeds = [seed for seed in padded for _ in range(self._batch.rows)]
+                self._options, self._returns = [{}] * self.num_envs, np.zeros(size)
+                observations, state, begins = env.reset(), None, np.ones(self.num_envs, np.bool)
+                while not self._batch.core.ended().all():
+                    actions, state = policy.model.predict(
+                        observations, state, begins, deterministic=policy.deterministic
+                    )
+                    observations, begins = env.step(actions)[0], np.zeros(self.num_envs, np.bool)
+                columns = {**self._batch.core.metrics(), "num_components": self._batch.core.num_components()}
+                columns["mean_return"] = self._returns
+                parts.append({name: column[: len(chunk)] for name, column in columns.items()})
+                if progress is not None:
+                    progress(start + len(chunk), len(seeds))
+        finally:
+            for layer in learning:
+                layer.training = True
+            self._returns, (self._seeds, self._options) = None, kept
+            self._drop_episodes()
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Set the seed of flock f to ``seed + f`` for the next reset; ``None``: a random ``seed``."""
@@ -182,7 +241,10 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
 
     def _slot_infos(self, columns: Columns, ranges: NDArray[np.float64]) -> list[dict[str, Any]]:
         not_truncated = np.zeros(len(ranges) // self._batch.rows, np.bool)
-        return info_dicts({**columns, "TimeLimit.truncated": not_truncated}, ranges)
+        columns = {**columns, "TimeLimit.truncated": not_truncated}
+        if self._batch.flock_policy is None:
+            return info_dicts(columns, ranges)
+        return info_dicts({name: column.repeat(self._batch.rows) for name, column in columns.items()})
 
 
 class FlockEvalCallback(BaseCallback):
@@ -192,7 +254,8 @@ class FlockEvalCallback(BaseCallback):
     default judges a few agents of one flock. This callback plays whole episodes of ``num_flocks`` flocks in
     each scenario of the training environment, with its options and the model's most likely actions. It does
     so before the first action, so that the untrained model counts, every ``eval_freq`` actions, and at the
-    end. Training is the same with and without it.
+    end. Training is the same with and without it. Wrappers that change observations or actions, and models
+    that need them, require an ``eval_env``.
 
     The logger, and thus TensorBoard, receives ``eval/min_mean_distance`` in m, or the column of the
     environment's other objective, and ``eval/episodes``, the number of episodes played so far.
@@ -203,7 +266,10 @@ class FlockEvalCallback(BaseCallback):
         best_model_save_path: folder for ``best_model.zip`` and, with a ``VecNormalize``, its statistics
             ``vecnormalize.pkl``. Both are complete before they replace older ones, and an older model is
             removed first: a kill at that moment leaves ``best_model.new.zip`` and no ``best_model.zip``, not
-            a model with other statistics. ``None``: no files.
+            a model with other statistics. ``None``: no files. The model knows the scenario and the options,
+            so that ``flockesc watch PPO:FOLDER`` plays it.
+        eval_env: another environment, with the wrappers of the training, in which the model plays, as in
+            ``rollout``. It receives the statistics of a ``VecNormalize``. ``None``: the options decide.
 
     Attributes:
         best_objective: largest mean objective so far.
@@ -217,30 +283,36 @@ class FlockEvalCallback(BaseCallback):
     """
 
     def __init__(
-        self, eval_freq: int, num_flocks: int = 20, *, best_model_save_path: str | Path | None = None
+        self,
+        eval_freq: int,
+        num_flocks: int = 20,
+        *,
+        best_model_save_path: str | Path | None = None,
+        eval_env: Any = None,
     ) -> None:
         super().__init__()
         self.eval_freq = as_count(eval_freq, "eval_freq")
         self.num_flocks = as_count(num_flocks, "num_flocks", most=len(TUNING))
         path = best_model_save_path
         self.best_model_save_path = None if path is None else as_path(path, "best_model_save_path")
+        self.eval_env = eval_env if eval_env is None else flocks_of(eval_env, "eval_env") and eval_env
         self.best_objective = -np.inf
         self.num_episodes = 0
         self.history: list[tuple[int, float]] = []
 
     def _on_training_start(self) -> None:
         env: Any = self.training_env.unwrapped
-        self._given: dict[str, Any] = {}
+        if self.eval_env is not None and self.eval_env.unwrapped is env:
+            raise InputError("eval_env", "another environment than that of the training", shown(env))
         if isinstance(env, DummyVecEnv) and all(isinstance(one.unwrapped, LineEscapeEnv) for one in env.envs):
             env = env.envs[0].unwrapped
-            self._scenarios, self._objective = [env.scenario], "escape_distance"
-        elif isinstance(env, BatchVecEnv):
-            self._given |= {"per_agent": env.policy_spec.per_agent, "predator_policy": env.predator_policy}
-            self._scenarios = [*dict.fromkeys(env.scenarios)]
+            self._scenarios, self._objective, self._predator_policy = [env.scenario], "escape_distance", None
+        elif isinstance(env, BatchVecEnv) and isinstance(env.policy_spec, PolicySpec):
+            self._scenarios, self._predator_policy = [*dict.fromkeys(env.scenarios)], env.predator_policy
             self._objective = env.options.objective
         else:
             raise InputError("model.env", "an environment of Task.vec_env", shown(self.training_env))
-        self._given |= asdict(env.options)
+        setattr(self.model, STORED_SPEC, env.policy_spec)
         self._evaluate()
 
     def _on_step(self) -> bool:
@@ -253,8 +325,12 @@ class FlockEvalCallback(BaseCallback):
 
     def _evaluate(self) -> None:
         policy, seeds = SB3Policy(self.model), TUNING[: self.num_flocks]
-        setups = [setup(policy, scenario, **self._given) for scenario in self._scenarios]
-        objectives = [play(one, seeds)[self._objective] for one in setups]
+        if self.eval_env is None:
+            entries = [setup(policy, one, predator_policy=self._predator_policy) for one in self._scenarios]
+        else:
+            entries = [setup_in(self.eval_env, policy)]
+            sync_envs_normalization(self.training_env, self.eval_env)
+        objectives = [play(entry, seeds)[self._objective] for entry in entries]
         objective = float(np.mean(objectives))
         self.num_episodes += np.size(objectives)
         self.history.append((self.num_timesteps, objective))

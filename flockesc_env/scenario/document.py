@@ -2,7 +2,7 @@
 
 In a document, a part of a scenario (for example a predator) is an object with its kind as the only key:
 ``{"pure_pursuit": {"max_turn_rate": 2.0}}``. The constructors of scenarios also accept this form. This module
-converts fields to their declared types; the compiled core checks their bounds.
+turns what was given into a document; the compiled core checks it and returns it with all types as declared.
 """
 
 from __future__ import annotations
@@ -12,18 +12,23 @@ import json
 import math
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cache, partial
-from types import NoneType
+from collections.abc import Iterable, Mapping
+from functools import cache
 from typing import Any, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 import tomli_w
 
-from flockesc_env import _core
 from flockesc_env.common.checks import as_array, as_choice, as_text, parse_json
 from flockesc_env.common.errors import InputError, shown, shown_name
-from flockesc_env.scenario.parts import Distribution, InitialHeadings, InitialPositions, Motion, NeighborRule
+from flockesc_env.scenario.parts import (
+    Distribution,
+    InitialHeadings,
+    InitialPositions,
+    Motion,
+    NeighborRule,
+    RandomApproach,
+)
 from flockesc_env.scenario.predators import Predator
 
 _FAMILIES: dict[Any, str] = {
@@ -35,35 +40,34 @@ _FAMILIES: dict[Any, str] = {
     Distribution: "distributions",
 }
 
+_PARTS: dict[str, Any] = {part.kind: part for family in _FAMILIES for part in get_args(family)}
+
 _D = TypeVar("_D", bound="Document")
-
-Converter = Callable[[Any, str], Any]
-"""Converts a value to the type of a field. The second argument is the field's path, for errors."""
-
-_SCALARS = {bool: "true or false", int: "an integer", float: "a number", str: "a string", NoneType: "None"}
-"""Types of plain values, and how errors describe them."""
 
 
 class Document:
-    """Base class of scenarios: JSON and TOML, ``replace``, conversion of fields to their types."""
+    """Base class of scenarios: JSON and TOML, ``replace``, fields from a checked document."""
 
-    def __post_init__(self) -> None:
-        """Convert every field to its declared type: lists to tuples, NumPy numbers to Python numbers."""
-        cls: Any = type(self)
-        converters = _converters(cls).items()
-        vars(self).update({name: convert(getattr(self, name), name) for name, convert in converters})
+    _document: str
 
     def to_json(self) -> str:
         """Return the scenario as a JSON document, with floats at full precision."""
-        return json.dumps(self, default=_to_document)
+        return self._document
+
+    def _given(self) -> dict[str, Any]:
+        """Return the document of the fields as they were given to the constructor."""
+        cls: Any = type(self)
+        return {name: _to_plain(hint, getattr(self, name), name) for name, hint in _hints(cls).items()}
+
+    def _set(self, document: str) -> Self:
+        """Set every field from a document that the core has checked; lists become tuples."""
+        fields = {name: _from_plain(value) for name, value in json.loads(document).items()}
+        vars(self).update(fields, _document=document)
+        return self
 
     @classmethod
     def from_json(cls, document: str) -> Self:
-        """Return the scenario of a JSON document; missing fields get their defaults.
-
-        Raises:
-            InputError: if a field is unknown, has the wrong type or is out of bounds.
-        """
+        """Return the scenario of a JSON document; missing fields get their defaults."""
         return from_fields(cls, parse_document(document, is_toml=False))
 
     def to_toml(self) -> str:
@@ -76,13 +80,7 @@ class Document:
         return from_fields(cls, parse_document(document, is_toml=True))
 
     def replace(self, **changes: Any) -> Self:
-        """Return a copy with some fields changed.
-
-        Raises:
-            InputError: if a changed field has the wrong type or is out of bounds, or ``randomization``
-                draws it.
-            TypeError: if a field does not exist.
-        """
+        """Return a copy with some fields changed, except those that ``randomization`` draws."""
         changed: Self = dataclasses.replace(self, **changes)  # type: ignore[type-var]
         check_not_drawn(changed, changes)
         return changed
@@ -94,10 +92,18 @@ def check_not_drawn(scenario: Document, paths: Iterable[str]) -> None:
     Paths have indices in brackets or after dots, with or without the kinds of parts.
     """
     distributions: tuple[Distribution, ...] = getattr(scenario, "randomization", ())
-    drawn = {_names(field): each for each in distributions for field in each.fields}
+    drawn = {_names(field): each for each in distributions for field in _drawn_fields(each)}
     for path in paths:
         if _names(path) in drawn:
             raise InputError(path, "a field that randomization does not draw", shown(drawn[_names(path)]))
+
+
+def _drawn_fields(distribution: Distribution) -> list[str]:
+    """Return the paths of the numbers that a distribution draws."""
+    if not isinstance(distribution, RandomApproach):
+        return [distribution.field]
+    vectors = [f"predators[{distribution.predator}].{name}" for name in ("position", "velocity")]
+    return [f"{vector}[{axis}]" for vector in vectors for axis in range(3)]
 
 
 def field_at(document: Any, path: str, field: str) -> tuple[Any, Any]:
@@ -123,8 +129,7 @@ def field_at(document: Any, path: str, field: str) -> tuple[Any, Any]:
 
 def _names(path: str) -> tuple[str, ...]:
     """Return the fields and indices of a path, without the kinds of parts."""
-    kinds = {part.kind for family in _FAMILIES for part in get_args(family)}
-    return tuple(name for name in re.findall(r"[^.\[\]]+", path) if name not in kinds)
+    return tuple(name for name in re.findall(r"[^.\[\]]+", path) if name not in _PARTS)
 
 
 def parse_document(document: str, *, is_toml: bool) -> Any:
@@ -150,47 +155,29 @@ def _replace_values(value: Any, old: Any, new: Any) -> Any:
     return new if value == old else value
 
 
-def _to_document(value: Any) -> dict[str, Any]:
-    """Return the document of a scenario, ``{field: value}``, or of a part, ``{kind: {field: value}}``."""
-    fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
-    return fields if isinstance(value, Document) else {value.kind: fields}
-
-
 @cache
-def _converters(cls: Any) -> dict[str, Converter]:
-    """Return the converter of every field of a scenario or part."""
+def _hints(cls: Any) -> dict[str, Any]:
+    """Return the declared type of every field of a scenario or part."""
     hints = get_type_hints(cls)
-    return {field.name: _converter(hints[field.name]) for field in dataclasses.fields(cls)}
+    return {field.name: hints[field.name] for field in dataclasses.fields(cls)}
 
 
-def _converter(hint: Any) -> Converter:
-    """Return the converter to a part, a tuple of parts, one of some words, or plain data."""
-    family = next(iter(get_args(hint)), None)
-    if family in _FAMILIES:
-        return partial(_convert_parts, _FAMILIES[family], _converter(family))
-    if hint in _FAMILIES:
-        return partial(_convert_part, {part.kind: part for part in get_args(hint)})
-    if get_origin(hint) is Literal:
-        return partial(as_choice, known=get_args(hint))
-    names: list[str] = []
-    conversions: dict[type, Converter] = {}
-    for one in (hint,) if hint in _SCALARS or get_origin(hint) is tuple else get_args(hint):
-        if get_origin(one) is tuple:
-            names.append("a list")
-            conversions[list] = partial(_convert_entries, _converter(get_args(one)[0]))
-            continue
-        names.append(_SCALARS[one])
-        conversions[one] = lambda value, _: value
-        if one is float:
-            conversions[int] = lambda value, _: float(value)
-    return partial(_convert_plain, " or ".join(names), conversions)
+def _from_plain(value: Any) -> Any:
+    """Return the parts and tuples of a document that the core has checked."""
+    match value:
+        case dict():
+            [(kind, fields)] = value.items()
+            return _PARTS[kind](**{name: _from_plain(entry) for name, entry in fields.items()})
+        case list():
+            return tuple(map(_from_plain, value))
+    return value
 
 
 def _check_names(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
     """Return the fields of a scenario or part after a check that all are known and none is missing."""
     if not isinstance(fields, Mapping):
         raise InputError(prefix.rstrip(".") or "document", "an object with its fields", shown(fields))
-    known = _converters(cls)
+    known = _hints(cls)
     for name in fields:
         as_choice(name, f"{prefix}{name}", known)
     for field in dataclasses.fields(cls):
@@ -199,34 +186,35 @@ def _check_names(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
     return fields
 
 
-def _convert_parts(family: str, convert: Converter, value: Any, path: str) -> tuple[Any, ...]:
-    if not isinstance(value, list | tuple):
-        raise InputError(path, f"a tuple of {family}", type(value).__name__)
-    if len(value) > _core.MAX_PARTS:
-        raise InputError(path, f"at most {_core.MAX_PARTS} {family}", len(value))
-    return tuple(convert(entry, f"{path}[{index}]") for index, entry in enumerate(value))
+def _to_plain(hint: Any, value: Any, path: str) -> Any:
+    """Return the document of a part, of a tuple of parts, of one of some words, or of plain data."""
+    family = next(iter(get_args(hint)), None)
+    if family in _FAMILIES:
+        if not isinstance(value, list | tuple):
+            raise InputError(path, f"a tuple of {_FAMILIES[family]}", type(value).__name__)
+        return [_to_plain(family, entry, f"{path}[{index}]") for index, entry in enumerate(value)]
+    if hint in _FAMILIES:
+        return _plain_part(hint, value, path)
+    if get_origin(hint) is Literal:
+        return as_choice(value, path, get_args(hint))
+    try:
+        return _plain(value, path)
+    except RecursionError:
+        raise InputError(path, "a number, a string or a list", shown(value)) from None
 
 
-def _convert_part(kinds: dict[str, Any], value: Any, path: str) -> Any:
-    if isinstance(value, tuple(kinds.values())):
-        value = _to_document(value)
-    kind = next(iter(value)) if isinstance(value, Mapping) and len(value) == 1 else value
-    if not isinstance(kind, str) or kind is value or kind not in kinds:
+def _plain_part(family: Any, value: Any, path: str) -> dict[str, Any]:
+    """Return the document of a part, given as itself or as a document."""
+    kinds, kind = {part.kind: part for part in get_args(family)}, value
+    if isinstance(value, Mapping) and len(value) == 1:
+        [(kind, fields)] = value.items()
+        if kind in kinds:
+            value = kinds[kind](**_check_names(kinds[kind], fields, f"{path}.{kind}."))
+    if not isinstance(value, family):
         raise InputError(path, f"one of {', '.join(kinds)}", shown_name(kind, kinds))
-    cls, prefix = kinds[kind], f"{path}.{kind}."
-    fields, converters = _check_names(cls, value[kind], prefix), _converters(cls)
-    return cls(**{name: converters[name](entry, prefix + name) for name, entry in fields.items()})
-
-
-def _convert_plain(expected: str, conversions: dict[type, Converter], value: Any, path: str) -> Any:
-    value = _plain(value, path)
-    if type(value) not in conversions:
-        raise InputError(path, expected, shown(value))
-    return conversions[type(value)](value, path)
-
-
-def _convert_entries(convert: Converter, value: Sequence[Any], path: str) -> tuple[Any, ...]:
-    return tuple(convert(entry, f"{path}[{index}]") for index, entry in enumerate(value))
+    hints, prefix = _hints(kinds[value.kind]), f"{path}.{value.kind}."
+    fields = {name: _to_plain(hint, getattr(value, name), prefix + name) for name, hint in hints.items()}
+    return {value.kind: fields}
 
 
 def _plain(value: Any, path: str) -> Any:
@@ -238,18 +226,14 @@ def _plain(value: Any, path: str) -> Any:
     match value:
         case float() if not math.isfinite(value):
             raise InputError(path, "a finite number", value)
-        case bool() | None:
+        case bool() | float() | None:
             return value
         case list() | tuple():
-            return list(value)
+            return [_plain(entry, f"{path}[{index}]") for index, entry in enumerate(value)]
         case int() if abs(value) >= 2**63:
             raise InputError(path, "an integer between -2^63 and 2^63", value)
         case str() if not value.isascii():
             raise InputError(path, "a string of ASCII characters", shown(value))
-        case float():
-            return float(value)
-        case int():
-            return int(value)
-        case str():
-            return str(value)
+        case int() | str():
+            return value
     raise InputError(path, "a number, a string or a part of a scenario", shown(value))

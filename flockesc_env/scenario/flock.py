@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping
+import json
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -67,9 +67,6 @@ class FlockScenario(Document):
         model: name of the model.
         objectives: the model's objectives by name; the first one is the default.
         search_ranges: fixed ranges in m among which the best one is chosen.
-
-    Raises:
-        InputError: if a field has the wrong type or is out of bounds.
     """
 
     model: ClassVar[str] = "flock"
@@ -105,32 +102,25 @@ class FlockScenario(Document):
     randomization: tuple[parts.Distribution, ...] = ()
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        predators = list(self.predators)
-        position, velocity = approach(dimension=self.dimension)
-        for index, each in enumerate(predators):
-            if isinstance(each, Start):
-                predators[index] = dataclasses.replace(
-                    each,
-                    position=position if each.position is None else each.position,
-                    velocity=velocity if each.velocity is None else each.velocity,
-                )
-        object.__setattr__(self, "predators", tuple(predators))
-        _core.check_flock_scenario(self.to_json())
+        given = self._given()
+        position, velocity = approach(dimension=given["dimension"])
+        for predator in given["predators"]:
+            (fields,) = predator.values()
+            for name, default in (("position", position), ("velocity", velocity)):
+                if name in fields and fields[name] is None:
+                    fields[name] = default
+        self._set(_core.check_flock_scenario(json.dumps(given)))
 
-    def env_options(self, given: Mapping[str, Any], known: type = EnvOptionsDict) -> EnvOptions:
+    def env_options(
+        self, given: Mapping[str, Any], known: type = EnvOptionsDict, own: Iterable[str] = ()
+    ) -> EnvOptions:
         """Return the options of an environment with this scenario, from its keyword arguments.
 
-        Args:
-            given: the keyword arguments.
-            known: a ``TypedDict`` of all that the environment accepts. Those that are not options are
-                ignored.
-
-        Raises:
-            InputError: if a name is unknown, an option is out of bounds, or ``max_range`` is missing, which a
-                topological rule requires.
+        ``known`` is a ``TypedDict`` of all that the environment accepts; those that are not options are
+        ignored. An error about an unknown name also lists ``own``, other arguments of the environment. A
+        topological rule requires ``max_range``.
         """
-        check_names(self, given, known)
+        check_names(self, given, known, own)
         if isinstance(self.neighbor_rule, parts.Topological) and "max_range" not in given:
             expected = "the largest number of neighbors, required by a topological rule"
             raise InputError("max_range", expected, "none")
@@ -145,7 +135,7 @@ class FlockScenario(Document):
     @property
     def range_unit(self) -> str:
         """Unit of interaction ranges."""
-        return self.neighbor_rule.unit
+        return "neighbors" if isinstance(self.neighbor_rule, parts.Topological) else "m"
 
     @property
     def length_scale(self) -> float:
@@ -166,18 +156,16 @@ class FlockScenario(Document):
         """Return the scenario of the episode with this seed: with drawn fields and without ``randomization``.
 
         ``simulate(scenario.drawn(k), .., seed=k)`` equals ``simulate(scenario, .., seed=k)``, bit for bit.
-
-        Raises:
-            InputError: if ``seed`` is not an integer in [0, 2^64); if a drawn number is out of bounds.
         """
-        document = _core.drawn_flock_scenario(self.to_json(), as_seed(seed)) if self.randomization else None
-        return self if document is None else FlockScenario.from_json(document)
+        start = as_seed(seed)
+        if not self.randomization:
+            return self
+        return FlockScenario.__new__(FlockScenario)._set(_core.drawn_flock_scenario(self.to_json(), start))
 
     def with_learned_predators(self) -> FlockScenario:
         """Return a copy in which every predator is ``Learned``, with the same initial position and velocity.
 
-        Raises:
-            InputError: if the scenario has no predator, or one with a prescribed path.
+        The scenario has at least one predator, and none with a prescribed path.
         """
         if not self.predators:
             raise InputError("predators", "at least one predator", "none")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import json
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
@@ -33,9 +34,6 @@ class LineScenario(Document):
         range_unit: unit of interaction ranges.
         length_scale, speed_scale: a length and a speed that are observed as 1/2.
         time_step: duration of a model step.
-
-    Raises:
-        InputError: if a field has the wrong type or is out of bounds.
     """
 
     model: ClassVar[str] = "line"
@@ -55,12 +53,13 @@ class LineScenario(Document):
     max_steps: int = 1000
 
     def __post_init__(self) -> None:
-        super().__post_init__()
-        _core.check_line_scenario(self.to_json())
+        self._set(_core.check_line_scenario(json.dumps(self._given())))
 
-    def env_options(self, given: Mapping[str, Any], known: type = LineOptionsDict) -> LineOptions:
+    def env_options(
+        self, given: Mapping[str, Any], known: type = LineOptionsDict, own: Iterable[str] = ()
+    ) -> LineOptions:
         """Return the options of an environment with this scenario; see ``FlockScenario.env_options``."""
-        check_names(self, given, known)
+        check_names(self, given, known, own)
         return LineOptions.among(given)
 
     def observation_entries(

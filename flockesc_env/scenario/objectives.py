@@ -14,28 +14,16 @@ Objective = Literal["min_mean_distance", "min_min_distance", "fraction_surviving
 
 @dataclass(frozen=True)
 class ObjectiveSpec:
-    """An objective. A larger one is better.
+    """An objective. A larger one is better."""
 
-    Attributes:
-        name: value of the option ``objective``, and column of J so far, in ``info``, ``Episodes`` and
-            ``SweepResult``.
-        model: ``"flock"`` or ``"line"``.
-        symbol: symbol of the objective J.
-        label: name of the value at one time. J of a flock is its minimum over time.
-        definition: definition of J.
-        unit: unit of J; empty for a number without a unit.
-        series: column of the value at one time, in ``info`` and ``Trajectory``.
-        requires: field of the scenario without which J is the same under all ranges.
-    """
-
-    name: str
-    model: str
-    symbol: str
-    label: str
-    definition: str
-    unit: str
-    series: str
-    requires: str
+    name: str  #: value of the option ``objective``, and column of J in ``info`` and in results
+    model: str  #: ``"flock"`` or ``"line"``
+    symbol: str  #: symbol of the objective J
+    label: str  #: name of the value at one time. J of a flock is its minimum over time
+    definition: str  #: definition of J
+    unit: str  #: unit of J; empty for a number without a unit
+    series: str  #: column of the value at one time, in ``info`` and ``Trajectory``
+    requires: str  #: field of the scenario without which J is the same under all ranges
 
     def with_unit(self, name: str) -> str:
         """Return a name with the unit in parentheses, for axes and headings."""

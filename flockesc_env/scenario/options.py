@@ -31,7 +31,7 @@ ExtraEntries = Literal["escape_direction", "closest_approach"]
 PROFILE_RANGES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
 """Candidate ranges in m that suit the paper's flock, for the option ``profile_ranges``."""
 
-UNOBSERVED = ("reward", "count_components")
+UNOBSERVED = ("reward", "range_cost", "count_components")
 """Options that change neither observations nor actions."""
 
 VIEWS = {False: "flock", True: "agent"}
@@ -62,12 +62,12 @@ class ActionOptions:
 
     def __post_init__(self) -> None:
         as_choice(self.action_mode, "action_mode", get_args(ActionMode))
-        grid = self.range_grid
-        object.__setattr__(self, "min_range", float(as_floats(self.min_range, "min_range", ())))
-        object.__setattr__(self, "max_range", float(as_floats(self.max_range, "max_range", ())))
+        grid, checked = self.range_grid, vars(self)
+        checked["min_range"] = float(as_floats(self.min_range, "min_range", ()))
+        checked["max_range"] = float(as_floats(self.max_range, "max_range", ()))
         if grid is not None:
-            object.__setattr__(self, "range_grid", tuple(as_vector(grid, "range_grid").tolist()))
-        object.__setattr__(self, "steps_per_action", as_count(self.steps_per_action, "steps_per_action"))
+            checked["range_grid"] = tuple(as_vector(grid, "range_grid").tolist())
+        checked["steps_per_action"] = as_count(self.steps_per_action, "steps_per_action")
         self.range_map()  # raises if one is out of bounds
 
     @classmethod
@@ -90,10 +90,6 @@ class ActionOptions:
         """Candidate ranges of the observation; empty without a profile."""
         return ()
 
-    def replace(self, **changes: Any) -> Self:
-        """Return a copy with some options changed and checked."""
-        return dataclasses.replace(self, **changes)
-
 
 @dataclass(frozen=True, kw_only=True)
 class EnvOptions(ActionOptions):
@@ -109,9 +105,12 @@ class EnvOptions(ActionOptions):
             With one range per agent also an individual reward, where d_i is the predator distance of agent i:
             ``"individual_distance"``: d_i, divided by the number of steps;
             ``"individual_distance_change"``: d_i(t) - d_i(t-1);
-            ``"individual"``: the agent's part of ``"team"`` of the mean distance;
+            ``"individual"``: the agent's part of ``"team"`` of the mean distance: d_i(t) minus d_i when m
+            fell before, in steps in which m falls, otherwise 0;
             ``"difference"``: the difference reward (Wolpert and Tumer): v_t minus its value if this agent had
             range 0 during the action. It simulates the action once more per agent.
+        range_cost: reward that an action costs per m: the reward of an action is lowered by it times the mean
+            range of the agents that are not caught or, with an individual reward, the agent's own range.
         predator_sensing_range: distance in m up to which agents observe a predator; ``math.inf``: any
             distance.
         count_components: whether ``info`` contains ``num_components``. The count costs a graph search per
@@ -122,13 +121,11 @@ class EnvOptions(ActionOptions):
         extra_entries: optional entries of the observation. ``"escape_direction"``: the direction away from
             the place of the predator at its closest approach to the flock. ``"closest_approach"``: distance
             and time of the closest approach of the predator.
-
-    Raises:
-        InputError: if an option is out of bounds.
     """
 
     objective: Objective = "min_mean_distance"
     reward: Reward = "team"
+    range_cost: float = 0.0
     predator_sensing_range: float = math.inf
     count_components: bool = False
     profile_ranges: Sequence[float] | None = None
@@ -142,7 +139,9 @@ class EnvOptions(ActionOptions):
         if sensing is None or isinstance(sensing, str):
             expected = "a distance in m (math.inf: agents see the predator at any distance)"
             raise InputError("predator_sensing_range", expected, shown(sensing))
-        if not (isinstance(sensing, float) and sensing == math.inf):
+        if isinstance(sensing, float) and sensing == math.inf:
+            sensing = math.inf  # not a number of NumPy
+        else:
             sensing = float(as_floats(sensing, "predator_sensing_range", (), least=0.0))
         ranges, entries = self.profile_ranges, self.extra_entries
         if isinstance(entries, str) or not isinstance(entries, Sequence):
@@ -150,11 +149,14 @@ class EnvOptions(ActionOptions):
             raise InputError("extra_entries", expected, shown(entries))
         for index, name in enumerate(entries):
             as_choice(name, f"extra_entries[{index}]", get_args(ExtraEntries))
-        object.__setattr__(self, "predator_sensing_range", sensing)
-        object.__setattr__(self, "count_components", as_flag(self.count_components, "count_components"))
+        vars(self).update(
+            range_cost=float(as_floats(self.range_cost, "range_cost", ())),
+            predator_sensing_range=sensing,
+            count_components=as_flag(self.count_components, "count_components"),
+            extra_entries=tuple(entries),
+        )
         if ranges is not None:
-            object.__setattr__(self, "profile_ranges", tuple(as_vector(ranges, "profile_ranges").tolist()))
-        object.__setattr__(self, "extra_entries", tuple(entries))
+            vars(self)["profile_ranges"] = tuple(as_vector(ranges, "profile_ranges").tolist())
         _core.observation_entries(self.to_core(per_agent=True), 2)  # raises if one is out of bounds
 
     @property
@@ -162,11 +164,12 @@ class EnvOptions(ActionOptions):
         """The entries of ``profile_ranges``."""
         return tuple(self.profile_ranges or ())
 
-    def to_core(self, *, per_agent: bool = False) -> str:
-        """Return the options as JSON, for the compiled core."""
-        names = ("objective", "reward", "max_range", "predator_sensing_range", "steps_per_action")
-        document = {name: getattr(self, name) for name in (*names, "extra_entries")}
+    def to_core(self, *, per_agent: bool = False, max_actions: int | None = None) -> str:
+        """Return the options as JSON for the compiled core, with the limit of actions of an episode."""
+        names = ("objective", "reward", "range_cost", "max_range", "predator_sensing_range")
+        document = {name: getattr(self, name) for name in (*names, "steps_per_action", "extra_entries")}
         document |= {"view": VIEWS[per_agent], "profile_ranges": self.profile_ranges or ()}
+        document["max_actions"] = max_actions
         return json.dumps(to_plain(document))
 
 
@@ -179,9 +182,6 @@ class LineOptions(ActionOptions):
         steps_per_action: see ``ActionOptions``; the default is 1.
         reward: ``"change"``: d(t) - d(t-1), where d is the escape distance, so that the return is
             d_ss - d(0). ``"terminal"``: the same sum, in the last step.
-
-    Raises:
-        InputError: if an option is out of bounds.
     """
 
     max_range: float = 1.0
@@ -218,6 +218,7 @@ class EnvOptionsDict(ActionOptionsDict, total=False):
 
     objective: Objective
     reward: Reward
+    range_cost: float
     predator_sensing_range: float
     count_components: bool
     profile_ranges: Sequence[float] | None
@@ -230,12 +231,12 @@ class LineOptionsDict(ActionOptionsDict, total=False):
     reward: LineReward
 
 
-def check_names(scenario: Any, given: Iterable[str], known: type) -> None:
+def check_names(scenario: Any, given: Iterable[str], known: type, own: Iterable[str] = ()) -> None:
     """Refuse keyword arguments of an environment that are not in a ``TypedDict`` of all that it accepts.
 
-    The error for an unknown name suggests the most similar one.
+    The error for an unknown name suggests the most similar one, also of the environment's ``own`` arguments.
     """
-    names = known.__annotations__
+    names = [*own, *known.__annotations__]
     for name in (name for name in given if name not in names):
         if name in {field.name for field in dataclasses.fields(scenario)}:
             hint = f"a field of the scenario; pass scenario={type(scenario).__name__}({name}=...)"

@@ -2,56 +2,53 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import ClassVar
 
 
+class Part:
+    """Base class of parts. ``kind`` is the name in documents, by default that of the class in snake case."""
+
+    kind: ClassVar[str]
+
+    def __init_subclass__(cls, kind: str = "") -> None:
+        cls.kind = kind or re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
+
+
 @dataclass(frozen=True)
-class Metric:
+class Metric(Part):
     """Neighbors are all agents at distance <= the interaction range, including the agent itself."""
 
-    kind: ClassVar[str] = "metric"
-    unit: ClassVar[str] = "m"
-
 
 @dataclass(frozen=True)
-class Topological:
+class Topological(Part):
     """Neighbors are the k nearest visible agents, and all agents tied with the k-th nearest.
 
     The interaction range is k, rounded to the nearest integer.
     """
 
-    kind: ClassVar[str] = "topological"
-    unit: ClassVar[str] = "neighbors"
-
 
 @dataclass(frozen=True)
-class Voronoi:
+class Voronoi(Part):
     """Neighbors are the agents within the interaction range in adjacent Voronoi cells; in the plane only."""
-
-    kind: ClassVar[str] = "voronoi"
-    unit: ClassVar[str] = "m"
 
 
 NeighborRule = Metric | Topological | Voronoi
 
 
 @dataclass(frozen=True)
-class Inertial:
+class Inertial(Part):
     """Newton's law with the mass of each agent, as in the paper."""
 
-    kind: ClassVar[str] = "inertial"
-
 
 @dataclass(frozen=True)
-class Vicsek:
+class Vicsek(Part):
     """The Vicsek model: headings follow the force without inertia, at constant speed."""
 
-    kind: ClassVar[str] = "vicsek"
-
 
 @dataclass(frozen=True)
-class Reynolds:
+class Reynolds(Part):
     """The Reynolds model (boids): Newton's law with additional cohesion and separation forces.
 
     Attributes:
@@ -60,14 +57,13 @@ class Reynolds:
         separation_range: distance in m within which a neighbor is close.
     """
 
-    kind: ClassVar[str] = "reynolds"
     separation_strength: float = 1.0
     cohesion_strength: float = 1.0
     separation_range: float = 5.0
 
 
 @dataclass(frozen=True)
-class PreferredDistance:
+class PreferredDistance(Part):
     """Newton's law with an additional force that keeps neighbors at a preferred distance.
 
     Attributes:
@@ -76,14 +72,13 @@ class PreferredDistance:
         width: difference in m from ``distance`` at which the force reaches 76 % of its largest norm.
     """
 
-    kind: ClassVar[str] = "preferred_distance"
     strength: float = 1.0
     distance: float = 5.0
     width: float = 2.5
 
 
 @dataclass(frozen=True)
-class Zones:
+class Zones(Part):
     """The model of Couzin et al. (2002): zones of repulsion, orientation and attraction, and limited turns.
 
     Neighbors beyond ``orientation_radius`` attract, so the interaction range is the radius of attraction.
@@ -94,14 +89,13 @@ class Zones:
         max_turn_rate: largest turn rate in rad/s.
     """
 
-    kind: ClassVar[str] = "zones"
     repulsion_radius: float = 1.0
     orientation_radius: float = 15.0
     max_turn_rate: float = 1.0
 
 
 @dataclass(frozen=True)
-class FirstOrder:
+class FirstOrder(Part):
     """The model of Chen and Kolokolnikov (2014): forces are velocities, at most the agent's speed.
 
     Attributes:
@@ -109,7 +103,6 @@ class FirstOrder:
         attraction: strength in 1/s of the attraction between neighbors, which grows with the distance.
     """
 
-    kind: ClassVar[str] = "first_order"
     repulsion: float = 1.0
     attraction: float = 1.0
 
@@ -118,26 +111,23 @@ Motion = Inertial | Vicsek | Reynolds | PreferredDistance | Zones | FirstOrder
 
 
 @dataclass(frozen=True)
-class Square:
+class Square(Part):
     """Initial positions uniform in the initial region [0, ``initial_side``]^D, a square or a cube."""
-
-    kind: ClassVar[str] = "square"
 
 
 @dataclass(frozen=True)
-class Disc:
+class Disc(Part):
     """Initial positions uniform in a disc (in space a ball) around the center of the initial region.
 
     Attributes:
         radius: radius in m, above 0.
     """
 
-    kind: ClassVar[str] = "disc"
     radius: float = 50.0
 
 
 @dataclass(frozen=True)
-class Ring:
+class Ring(Part):
     """Initial positions uniform in a ring (in space a spherical shell) around the center of the region.
 
     Attributes:
@@ -145,13 +135,12 @@ class Ring:
         width: difference of the outer and the inner radius in m, from 0 to 2 ``radius``.
     """
 
-    kind: ClassVar[str] = "ring"
     radius: float = 50.0
     width: float = 0.0
 
 
 @dataclass(frozen=True)
-class Segment:
+class Segment(Part):
     """Initial positions uniform on a line segment.
 
     Attributes:
@@ -159,25 +148,23 @@ class Segment:
         end: the other end in m, 2 or D numbers.
     """
 
-    kind: ClassVar[str] = "segment"
     start: tuple[float, ...] = (0.0, 100.0)
     end: tuple[float, ...] = (100.0, 0.0)
 
 
 @dataclass(frozen=True)
-class Gaussian:
+class Gaussian(Part):
     """Initial positions normally distributed around the center of the initial region.
 
     Attributes:
         standard_deviation: standard deviation of every coordinate in m, at least 0.
     """
 
-    kind: ClassVar[str] = "gaussian"
     standard_deviation: float = 25.0
 
 
 @dataclass(frozen=True)
-class Clusters:
+class Clusters(Part):
     """Initial positions in clusters, with centers uniform in the initial region.
 
     Attributes:
@@ -185,20 +172,17 @@ class Clusters:
         standard_deviation: standard deviation of every coordinate around the center in m, at least 0.
     """
 
-    kind: ClassVar[str] = "clusters"
     num_clusters: int = 5
     standard_deviation: float = 5.0
 
 
 @dataclass(frozen=True)
-class RandomHeadings:
+class RandomHeadings(Part, kind="random"):
     """Initial headings uniform over all directions."""
-
-    kind: ClassVar[str] = "random"
 
 
 @dataclass(frozen=True)
-class AlignedHeadings:
+class AlignedHeadings(Part, kind="aligned"):
     """Initial headings uniform over the directions within ``max_angle`` of ``direction``.
 
     Attributes:
@@ -206,32 +190,29 @@ class AlignedHeadings:
         max_angle: largest angle between a heading and ``direction`` in rad, from 0 to pi.
     """
 
-    kind: ClassVar[str] = "aligned"
     direction: tuple[float, ...] = (1.0, 0.0)
     max_angle: float = 0.0
 
 
 @dataclass(frozen=True)
-class GivenPositions:
+class GivenPositions(Part):
     """Given initial positions.
 
     Attributes:
         points: one position per agent in m, each of 2 or D numbers (a missing z is 0).
     """
 
-    kind: ClassVar[str] = "given_positions"
     points: tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
-class GivenHeadings:
+class GivenHeadings(Part):
     """Given initial headings.
 
     Attributes:
         directions: one nonzero vector per agent, each of 2 or D numbers (a missing z is 0).
     """
 
-    kind: ClassVar[str] = "given_headings"
     directions: tuple[tuple[float, ...], ...]
 
 
@@ -239,19 +220,8 @@ InitialPositions = Square | Disc | Ring | Segment | Gaussian | Clusters | GivenP
 InitialHeadings = RandomHeadings | AlignedHeadings | GivenHeadings
 
 
-class _OneNumber:
-    """A distribution of one number of the scenario."""
-
-    field: str
-
-    @property
-    def fields(self) -> tuple[str, ...]:
-        """Paths of the drawn numbers."""
-        return (self.field,)
-
-
 @dataclass(frozen=True)
-class Uniform(_OneNumber):
+class Uniform(Part):
     """A number of the scenario, drawn from the uniform distribution in every episode.
 
     Attributes:
@@ -261,7 +231,6 @@ class Uniform(_OneNumber):
         high: largest value.
     """
 
-    kind: ClassVar[str] = "uniform"
     field: str
     low: float
     high: float
@@ -274,11 +243,9 @@ class LogUniform(Uniform):
     Inherits the attributes of ``Uniform``; ``low`` is above 0.
     """
 
-    kind: ClassVar[str] = "log_uniform"
-
 
 @dataclass(frozen=True)
-class Choice(_OneNumber):
+class Choice(Part):
     """A number of the scenario, drawn from a list of equally likely values in every episode.
 
     Attributes:
@@ -286,13 +253,12 @@ class Choice(_OneNumber):
         values: the possible values, at least one.
     """
 
-    kind: ClassVar[str] = "choice"
     field: str
     values: tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class RandomApproach:
+class RandomApproach(Part):
     """Position and velocity of a predator, drawn together in every episode.
 
     The predator flies in a uniform direction toward a uniform point of the initial region, at a log-uniform
@@ -305,17 +271,10 @@ class RandomApproach:
         high: largest speed in m/s.
     """
 
-    kind: ClassVar[str] = "random_approach"
     predator: int = 0
     distance: float = 80 * 2**0.5
     low: float = 10.0
     high: float = 20.0
-
-    @property
-    def fields(self) -> tuple[str, ...]:
-        """Paths of the drawn numbers."""
-        vectors = (f"predators[{self.predator}].{name}" for name in ("position", "velocity"))
-        return tuple(f"{vector}[{axis}]" for vector in vectors for axis in range(3))
 
 
 Distribution = Uniform | LogUniform | Choice | RandomApproach

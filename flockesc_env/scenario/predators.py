@@ -5,16 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Literal
+from typing import Literal
 
 from flockesc_env.common.checks import as_floats, as_integer
 from flockesc_env.common.errors import InputError, shown
+from flockesc_env.scenario.parts import Part
 
 Target = Literal["nearest", "centroid", "most_isolated", "assigned"]
 
 
 @dataclass(frozen=True)
-class Start:
+class Start(Part):
     """Abstract base class of predators with a given initial position and velocity.
 
     The defaults are the paper's: the predator flies along the diagonal of the initial region,
@@ -33,28 +34,21 @@ class Start:
 class ConstantVelocity(Start):
     """A predator that flies straight on at constant speed, as in the paper."""
 
-    kind: ClassVar[str] = "constant_velocity"
-
 
 @dataclass(frozen=True, kw_only=True)
 class Wandering(Start):
     """A predator whose heading performs a random walk at constant speed, independent of the flock.
 
-    Inherits the attributes of ``Start``.
-
     Attributes:
         angular_diffusion: rotational diffusion coefficient of the heading in rad^2/s.
     """
 
-    kind: ClassVar[str] = "wandering"
     angular_diffusion: float = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
 class Steering(Start):
     """Abstract base class of predators with a limited turn rate.
-
-    Inherits the attributes of ``Start``.
 
     Attributes:
         max_turn_rate: largest turn rate in rad/s.
@@ -71,8 +65,6 @@ class Steering(Start):
 class PurePursuit(Steering):
     """A predator that turns toward its target (pure pursuit).
 
-    Inherits the attributes of ``Steering``.
-
     Attributes:
         target: ``"nearest"``: the agent nearest to the predator; ``"centroid"``: the mean position of all
             agents; ``"most_isolated"``: the agent whose nearest other agent is farthest; ``"assigned"``: the
@@ -83,7 +75,6 @@ class PurePursuit(Steering):
         sight: distance in m within which agents distract the predator.
     """
 
-    kind: ClassVar[str] = "pure_pursuit"
     target: Target = "nearest"
     confusion_rate: float = 0.0
     sight: float = 30.0
@@ -93,13 +84,10 @@ class PurePursuit(Steering):
 class Intercept(Steering):
     """A predator that intercepts the nearest agent by proportional navigation.
 
-    Inherits the attributes of ``Steering``.
-
     Attributes:
         navigation_constant: ratio N of the turn rate to the rotation rate of the line of sight.
     """
 
-    kind: ClassVar[str] = "intercept"
     navigation_constant: float = 3.0
 
 
@@ -108,14 +96,13 @@ class Encircle(Steering):
     """A predator that turns toward its place on a circle around the flock's centroid.
 
     All ``Encircle`` predators of a scenario share the circle. Their places are evenly spaced, in the order of
-    the predators. In space the circle lies in a plane of constant z. Inherits the attributes of ``Steering``.
+    the predators. In space the circle lies in a plane of constant z.
 
     Attributes:
         radius: radius of the circle at t = 0 in m.
         closing_speed: rate in m/s at which the radius shrinks to 0.
     """
 
-    kind: ClassVar[str] = "encircle"
     radius: float = 60.0
     closing_speed: float = 0.0
 
@@ -124,14 +111,11 @@ class Encircle(Steering):
 class Herd(Steering):
     """A predator that drives the flock toward another predator: it turns toward a point behind the flock.
 
-    Inherits the attributes of ``Steering``.
-
     Attributes:
         distance: distance in m between the flock's centroid and this point.
         partner: index of the other predator in the scenario.
     """
 
-    kind: ClassVar[str] = "herd"
     distance: float = 60.0
     partner: int = 0
 
@@ -140,20 +124,17 @@ class Herd(Steering):
 class Learned(Start):
     """A predator whose acceleration a policy sets; without a policy it flies straight on.
 
-    Inherits the attributes of ``Start``.
-
     Attributes:
         max_acceleration: acceleration in m/s^2 of an action of norm 1.
         max_speed: largest speed in m/s.
     """
 
-    kind: ClassVar[str] = "learned"
     max_acceleration: float = 20.0
     max_speed: float = 15.0
 
 
 @dataclass(frozen=True)
-class PrescribedPath:
+class PrescribedPath(Part):
     """A predator that follows given positions, for example those of a tracked animal.
 
     It flies straight between two positions, and straight on after the last one. Its initial position and
@@ -164,7 +145,6 @@ class PrescribedPath:
         interval: time in s between two positions; ``None``: the scenario's ``time_step``.
     """
 
-    kind: ClassVar[str] = "prescribed_path"
     positions: tuple[tuple[float, ...], ...]
     interval: float | None = None
 
@@ -173,15 +153,12 @@ class PrescribedPath:
 class Attracted(Start):
     """A predator that moves toward all agents at once, toward near ones more (Chen and Kolokolnikov 2014).
 
-    Inherits the attributes of ``Start``.
-
     Attributes:
         strength: strength c of the attraction in m^p/s.
         exponent: exponent p; an agent at the distance d adds a speed proportional to d^(1 - p).
         max_speed: largest speed in m/s.
     """
 
-    kind: ClassVar[str] = "attracted"
     strength: float = 10_000.0
     exponent: float = 3.0
     max_speed: float = 15.0
@@ -229,10 +206,6 @@ def approach(
 
     Returns:
         Position and velocity, tuples of D numbers.
-
-    Raises:
-        InputError: if an argument has the wrong type or shape, is not finite or is negative, or if the
-            direction has length 0.
     """
     target = None if isinstance(aim, str) else as_floats(aim, "aim")
     if dimension is None:

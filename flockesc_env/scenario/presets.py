@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
-from typing import Any, Final, NamedTuple, TypeVar
+from typing import Any, Final, TypeVar
 
 from flockesc_env.common.checks import as_choice
 from flockesc_env.common.errors import InputError, shown
@@ -21,48 +23,31 @@ MODELS: Final[Mapping[str, type[Scenario]]] = MappingProxyType({"flock": FlockSc
 _T = TypeVar("_T", bound=Scenario)
 
 
-class Preset(NamedTuple):
-    """A named scenario with a line that describes it."""
+@dataclass(frozen=True)
+class Preset:
+    """A named scenario with a line that describes it. To make all of them is slow: each waits for its use."""
 
     description: str
-    scenario: Scenario
+    model: type[Scenario]
+    differences: Mapping[str, Any]  # from the model's defaults
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """The scenario."""
+        return self.model(**self.differences)
 
 
-_Row = tuple[str, type[Scenario], dict[str, Any]]
+def _flock(description: str, **differences: Any) -> Preset:
+    """Return a variation of the paper's flock, with some fields changed."""
+    return Preset(description, FlockScenario, differences)
 
 
-def _flock(description: str, **differences: Any) -> _Row:
-    """Return the row of a variation of the paper's flock, with some fields changed."""
-    return description, FlockScenario, differences
-
-
-class _Presets(Mapping[str, Preset]):
-    """Presets by name. To make all of them is slow, so each scenario is made at its first use."""
-
-    def __init__(self, rows: Mapping[str, _Row]) -> None:
-        self._rows = rows
-        self._made: dict[str, Preset] = {}
-
-    def __getitem__(self, name: str) -> Preset:
-        if name not in self._made:
-            description, model, differences = self._rows[name]
-            self._made[name] = Preset(description, model(**differences))
-        return self._made[name]
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._rows
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._rows)
-
-    def __len__(self) -> int:
-        return len(self._rows)
-
-
-_VARIATIONS: Final[dict[str, _Row]] = {
+_VARIATIONS: Final = {
     "paper-flock": _flock("the paper's flock and its predator, which flies straight on"),
-    "paper-line": ("the paper's line, with the linear escape force", LineScenario, {}),
-    "constant-line": ("the line with the constant escape force", LineScenario, {"escape_force": "constant"}),
+    "paper-line": Preset("the paper's line, with the linear escape force", LineScenario, {}),
+    "constant-line": Preset(
+        "the line with the constant escape force", LineScenario, {"escape_force": "constant"}
+    ),
     "literal-law": _flock("the law as printed in the paper, under which speeds vary", constant_speed=False),
     # predators
     "edge-attack": _flock(
@@ -198,6 +183,7 @@ _STARTLED: Final[dict[str, Any]] = {
     "repulsion_strength": 100.0,
 }
 
+# A new preset needs its row in tests/golden/presets.json and in the table of docs/scenarios.md.
 OF_TASKS: Final = {
     "flock-100": _flock("the paper's flock with 100 agents", num_agents=100),
     "flock-1000": _flock("the paper's flock with 1,000 agents", num_agents=1000),
@@ -213,20 +199,16 @@ OF_TASKS: Final = {
         "a control: agents that no predator has reached do not hear those that one has", blocks_warnings=True
     ),
 }
-PRESETS: Final[Mapping[str, Preset]] = _Presets(_VARIATIONS | OF_TASKS | LITERATURE)
+PRESETS: Final[Mapping[str, Preset]] = MappingProxyType(_VARIATIONS | OF_TASKS | LITERATURE)
 
 
 def preset(name: str) -> Scenario:
-    """Return the scenario of a preset, a key of ``PRESETS``.
-
-    Raises:
-        InputError: if the name is unknown.
-    """
+    """Return the scenario of a preset, a key of ``PRESETS``."""
     return PRESETS[as_choice(name, "scenario", PRESETS)].scenario
 
 
 def as_model(value: Any) -> Scenario:
-    """Return a scenario of either model, given as a scenario or as the name of a preset."""
+    """Return a scenario of either model, given as itself or the name of a preset."""
     scenario = preset(value) if isinstance(value, str) else value
     if not isinstance(scenario, FlockScenario | LineScenario):
         raise InputError("scenario", "a FlockScenario, a LineScenario or a preset's name", shown(value))
@@ -239,6 +221,6 @@ def as_scenario(value: _T | str | None, model: type[_T]) -> _T:
         return model()
     scenario = preset(value) if isinstance(value, str) else value
     if not isinstance(scenario, model):
-        known = [name for name, (_, known) in PRESETS.items() if isinstance(known, model)]
+        known = [name for name, each in PRESETS.items() if each.model is model]
         raise InputError("scenario", f"a {model.__name__} or one of {', '.join(known)}", shown(value))
     return scenario

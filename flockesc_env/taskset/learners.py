@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import tomllib
 from functools import cache
-from importlib.resources import files
+from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any, Final
 
 import msgspec
 
-from flockesc_env.common.errors import InputError, shown_name
+from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
-from flockesc_env.taskset.definition import TaskDefinition
+from flockesc_env.episodes.spaces import PolicySpec
 
 OWN_ALGORITHMS: Final = ("search", "imitation")
 """Algorithms of ``python -m training`` that are not of stable-baselines3 or sb3-contrib."""
@@ -53,48 +53,28 @@ class Learner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     num_steps: int = 0
     num_evaluations: int = 8
 
+    def arguments(self, spec: PolicySpec, best_fixed_range: float) -> dict[str, Any]:
+        """Return the keyword arguments of the class of stable-baselines3; see ``Task.hyperparameters``."""
+        require("sb3", ["stable_baselines3"])
+        found = {key: _value(value) for key, value in self.hyperparameters.items()}
+        if self.policy.startswith("flockesc_env"):
+            known: dict[str, Any] = {"spec": spec}
+            if self.policy.endswith("RangePolicy"):
+                first = best_fixed_range if self.first_range is None else self.first_range
+                known["first_range"] = min(first, spec.actions.max_range)
+            found["policy_kwargs"] = known | found.get("policy_kwargs", {})
+        return {"policy": _value(self.policy), **found}
 
-def learners(task: TaskDefinition) -> dict[str, Learner]:
-    """Return the learners of a task by name.
+
+def learners_of(task: str, actor: str) -> dict[str, Learner]:
+    """Return the learners of a task, whose ranges an actor sets, by name; see ``Task.learners``.
 
     The files every-agent.toml and every-flock.toml have learners of all such tasks. The fields of a table in
     the task's own file replace those of the table of the same name.
     """
-    common, own = (_read(name) for name in (f"every-{task.actor}", task.name))
+    common, own = _read(f"every-{actor}"), _read(task)
     merged = {name: common.get(name, {}) | own.get(name, {}) for name in {**common, **own}}
-    return read_learners(merged, f"{task.name}.toml")
-
-
-def learner_of(task: TaskDefinition, name: str) -> Learner:
-    """Return a learner of a task; an unknown name raises ``InputError``."""
-    known = learners(task)
-    if name not in known:
-        given = shown_name(name, list(known))
-        raise InputError("learner", f"one of {', '.join(known)} for {task.name}", given)
-    return known[name]
-
-
-def arguments(task: TaskDefinition, name: str, learner: Learner) -> dict[str, Any]:
-    """Return the keyword arguments of the class of stable-baselines3; see ``Task.hyperparameters``.
-
-    ``RangePolicy`` starts at ``first_range``, or at the largest range of an action if that is shorter.
-    """
-    if learner.algorithm in OWN_ALGORITHMS:
-        expected = (
-            f"one of stable-baselines3; python -m training train {task.name} --learner {name} runs this one"
-        )
-        raise InputError("learner", expected, repr(name))
-    require("sb3", ["stable_baselines3"])
-    found = {key: _value(value) for key, value in learner.hyperparameters.items()}
-    if learner.policy.startswith("flockesc_env"):
-        spec = task.policy_spec(**learner.options)
-        known: dict[str, Any] = {"spec": spec}
-        if learner.policy.endswith("RangePolicy"):
-            best = next(iter(task.scales.values())).best_fixed_range
-            first = best if learner.first_range is None else learner.first_range
-            known["first_range"] = min(first, spec.actions.max_range)
-        found["policy_kwargs"] = known | found.get("policy_kwargs", {})
-    return {"policy": _value(learner.policy), **found}
+    return read_learners(merged, f"{task}.toml")
 
 
 def read_learners(tables: dict[str, Any], field: str) -> dict[str, Learner]:
@@ -108,7 +88,7 @@ def read_learners(tables: dict[str, Any], field: str) -> dict[str, Learner]:
 
 @cache
 def _read(name: str) -> dict[str, Any]:
-    file = files(__package__) / "learners" / f"{name}.toml"
+    file = Path(__file__).parent / "learners" / f"{name}.toml"
     return tomllib.loads(file.read_text("utf-8")) if file.is_file() else {}
 
 

@@ -14,13 +14,12 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
-from flockesc_env.common.checks import FloatArray, parse_json
+from flockesc_env.common.checks import FloatArray, as_choice, parse_json
 from flockesc_env.common.errors import InputError, errors_at, shown, shown_name
 from flockesc_env.common.files import suffix_of, write_text
 from flockesc_env.policies.registry import NAMES, trained
 from flockesc_env.policies.registry import SUFFIX as POLICY_SUFFIX
-from flockesc_env.taskset.definition import FLOCKS, VERSION
-from flockesc_env.taskset.task import Task, tasks
+from flockesc_env.taskset.task import FLOCKS, VERSION, Task, tasks
 
 SUFFIX: Final = ".json"
 
@@ -196,7 +195,7 @@ def _check(result: Result) -> None:
     if result.version != VERSION:
         raise InputError("version", VERSION, shown(result.version))
     check_learner(result.learner)
-    task = tasks[result.task]
+    task = tasks[as_choice(result.task, "task", tasks)]
     if result.task_sha256 != task.sha256:
         raise InputError("task_sha256", f"{task.sha256}, of the task {task.name}", shown(result.task_sha256))
     flocks = (FLOCKS.start, len(FLOCKS))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -15,12 +16,12 @@ from flockesc_env.common.errors import InputError, errors_at, shown
 from flockesc_env.models.records import versions
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import load_policy, parse_policy, policy_file, trained
-from flockesc_env.policies.rollout import rollout
+from flockesc_env.policies.rollout import play
 from flockesc_env.policies.rules import RandomRange
+from flockesc_env.policies.setup import Setup
 from flockesc_env.taskset import results
-from flockesc_env.taskset.definition import FLOCKS, VERSION
-from flockesc_env.taskset.fitting import fitted, is_checkable
-from flockesc_env.taskset.task import Task, tasks
+from flockesc_env.taskset.fitting import is_checkable
+from flockesc_env.taskset.task import FLOCKS, VERSION, Task, tasks
 
 _SHOWN: Final = 3
 """Flocks that the error about a difference names."""
@@ -62,9 +63,9 @@ class LoadedPolicy(NamedTuple):
         return cls(str(file), found, parse_policy(raw, file))
 
 
-def play(policy: BasePolicy, task: Task, scenario: str, flocks: Sequence[int]) -> FloatArray:
-    """Play a policy of ``fitted`` in a scenario of a task; return the objective, shape (flocks,)."""
-    return task.spec.values(rollout(task.scenarios[scenario], policy, flocks))
+def objective_of(entry: Setup, task: Task, scenario: str, flocks: Sequence[int]) -> FloatArray:
+    """Play a policy of ``Task.setup`` in a scenario of the task; return the objective, shape (flocks,)."""
+    return play(replace(entry, scenario=task.scenarios[scenario]), flocks)[task.spec.name]
 
 
 def score(
@@ -75,12 +76,14 @@ def score(
     output: Path | None = None,
     training: results.Training | None = None,
     report: Report = lambda _: None,
+    num_flocks: int | None = None,
 ) -> results.Result:
     """Play the policies of a learner or rule, one per training seed, on the held-out flocks of a task.
 
     ``output`` is the path of the result, which is not written: the result names files relative to its folder,
     and they must lie in or below it. Without it they are relative to the current folder, wherever they lie.
-    ``report`` is called with the name of every policy before it plays.
+    ``report`` is called with the name of every policy before it plays. With ``num_flocks`` only the first
+    flocks are played, for a draft: ``read_result`` refuses it.
 
     Raises:
         InputError: if a policy does not fit the task, two policies reach equal objectives on all flocks, a
@@ -88,28 +91,29 @@ def score(
             per policy.
     """
     results.check_training(training, len(policies))
+    flocks = FLOCKS if num_flocks is None else FLOCKS[: as_count(num_flocks, "flocks", most=len(FLOCKS))]
     folder = (Path() if output is None else output.parent).resolve()
     files = {spec: Path(spec).parent.resolve() / Path(spec).name for spec, sha256, _ in policies if sha256}
     fitting = []  # a link to a file stays itself
     for spec, sha256, policy in policies:
         source = Path(os.path.relpath(files[spec], folder)).as_posix() if spec in files else spec
         with errors_at(f"{spec}: "):
-            fitting.append((source, fitted(policy, task)))
+            fitting.append((source, task.setup(policy)))
             if output is not None:
                 if spec in files and not results.is_below(source):
                     raise InputError("policy", _below(files.values(), output), shown(source))
                 results.check_source(source, sha256)
     found: list[results.PolicyResult] = []
-    for (spec, sha256, _), (source, policy) in zip(policies, fitting, strict=True):
+    for (spec, sha256, _), (source, entry) in zip(policies, fitting, strict=True):
         report(spec)
-        objectives = {name: play(policy, task, name, FLOCKS).tolist() for name in task.scales}
+        objectives = {name: objective_of(entry, task, name, flocks).tolist() for name in task.scales}
         found.append(results.PolicyResult(policy=source, sha256=sha256, objectives=objectives))
         results.check_different(found, task)
     return results.Result(
         version=VERSION,
         task=task.name,
         task_sha256=task.sha256,
-        flocks=(FLOCKS.start, len(FLOCKS)),
+        flocks=(flocks.start, len(flocks)),
         learner=learner,
         is_code=not all(  # others can play a file or a built-in policy that computes rows one by one
             (sha256 or not results.is_code(spec)) and is_checkable(policy)
@@ -154,14 +158,14 @@ def verify(
     found = []
     for index, policy in enumerate(result.policies):
         with errors_at(f"{path}: policies[{index}]: "):
-            found.append(fitted(_find(policy, path.parent), task))
-    for index, (policy, playing) in enumerate(zip(result.policies, found, strict=True)):
+            found.append(task.setup(_find(policy, path.parent)))
+    for index, (policy, entry) in enumerate(zip(result.policies, found, strict=True)):
         report(policy.policy)
         for name, recorded in policy.objectives.items():
-            if isinstance(playing, RandomRange):  # its numbers depend on all flocks before
-                played = play(playing, task, name, FLOCKS)[drawn]
+            if isinstance(entry.policy, RandomRange):  # its numbers depend on all flocks before
+                played = objective_of(entry, task, name, FLOCKS)[drawn]
             else:
-                played = play(playing, task, name, seeds)
+                played = objective_of(entry, task, name, seeds)
             given = np.array(recorded)[drawn]
             differs = np.flatnonzero(played.view(np.int64) != given.view(np.int64))
             if len(differs):

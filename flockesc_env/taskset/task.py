@@ -6,61 +6,257 @@ import hashlib
 import json
 import tomllib
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from functools import cached_property
-from importlib.resources import files
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
+import gymnasium
 import msgspec
 import numpy as np
 
-from flockesc_env.common.checks import as_choice, as_count
-from flockesc_env.common.errors import InputError, errors_at
+from flockesc_env.common.checks import as_choice, as_count, as_name
+from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import require
-from flockesc_env.common.progress import progress_bar
-from flockesc_env.models.sweep import sweep
-from flockesc_env.policies.registry import as_policy
-from flockesc_env.policies.rollout import rollout
+from flockesc_env.episodes.spaces import PolicySpec, policy_spec
+from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.presets import PRESETS
-from flockesc_env.taskset import learners
-from flockesc_env.taskset.definition import FLOCKS, VERSION, Control, Scale, Shortcut, TaskDefinition
-from flockesc_env.taskset.fitting import fitted
+from flockesc_env.scenario.objectives import ObjectiveSpec
+from flockesc_env.scenario.presets import PRESETS, Scenario
+from flockesc_env.taskset.facts import Control, Scale, Shortcut
+from flockesc_env.taskset.learners import OWN_ALGORITHMS, Learner, learners_of
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # slow to import, so that methods import them
     from stable_baselines3.common.vec_env import VecEnv
 
-    from flockesc_env.taskset.comparison import Comparison
+    from flockesc_env.envs.gymnasium import FlockEscapeEnv
+    from flockesc_env.envs.line import LineEscapeEnv
+    from flockesc_env.envs.pettingzoo import FlockParallelEnv
+    from flockesc_env.policies.base import BasePolicy
+    from flockesc_env.policies.compare import Comparison
+    from flockesc_env.policies.setup import Setup
+    from flockesc_env.sb3 import FlockEvalCallback
+
+VERSION: Final = "v1"
+"""Version of the tasks. A change of a task gets another version; old ones stay."""
+
+FLOCKS: Final = first_seeds(HELD_OUT, 1000)
+"""Seeds of the flocks, or lines, that every policy is scored on."""
 
 
-class Task(TaskDefinition):
-    """A task: its definition, the hyperparameters of its learners, and comparisons of policies."""
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Task:
+    """Who sets which ranges, what is observed and scored, and the environments of a task.
 
-    def hyperparameters(self, learner: str) -> dict[str, Any]:
-        """Return the arguments of the algorithm of a learner of stable-baselines3; see ``learners``.
+    Attributes:
+        name: name of the task.
+        asks: the question that the task asks, in a sentence.
+        scenario: the scenario in which policies are trained.
+        per_agent: True: a policy sets one range per agent. False: one per flock, or per line.
+        spec: the objective.
+        options: options of the environment, which say what a policy may see; without the reward, which a
+            trainer chooses.
+        samples: number of actions, of one agent or of one flock, that a training run may take.
+        shortcut: the best built-in policy without training, and its score.
+        scales: normalization of scores, by the names of the scenarios in which policies are scored.
+        scenarios: these scenarios, by name.
+        controls: experiments with blocked warnings, of tasks in which a warning decides.
+        seeds: seeds of the held-out flocks that policies are scored on.
+        preset: name of the scenario in which policies are trained.
+        version: version of the tasks.
+    """
 
-        Example: ``PPO(env=task.vec_env(4), **task.hyperparameters("ppo"))``.
+    name: str
+    asks: str
+    scenario: Scenario
+    per_agent: bool
+    spec: ObjectiveSpec
+    options: Mapping[str, Any]
+    samples: int
+    shortcut: Shortcut
+    scales: Mapping[str, Scale]
+    scenarios: Mapping[str, Scenario]
+    controls: tuple[Control, ...]
+    preset: str
+    version: str
+    seeds: range = FLOCKS
+
+    def __repr__(self) -> str:
+        scales, text = self.scales.items(), self.spec.text
+        way = "parallel_env" if self.per_agent else "env"
+        facts = {
+            "asks": self.asks,
+            "ranges": f"one per {self.actor}, every {self.options['steps_per_action']} steps",
+            "options": ", ".join(f"{name}={value!r}" for name, value in self.options.items()),
+            "trained in": self.preset,
+            "objective": self.spec.with_unit(self.spec.symbol),
+            "score 0": "; ".join(
+                f"{text(scale.zero)} in {name} (best fixed range {scale.best_fixed_range:g})"
+                for name, scale in scales
+            ),
+            "score 1": "; ".join(
+                f"{text(scale.one)} in {name} ({scale.reference})" for name, scale in scales
+            ),
+            "rule": f"{self.shortcut.policy}, score {self.shortcut.score:.3f}",
+            "samples": f"at most {self.samples:,} actions, each of one {self.actor}",
+            "learners": ", ".join(self.learners),
+            "make": f'tasks["{self.name}"].{way}(), .vec_env(num_flocks)',
+        }
+        return "\n".join([self.name, *(f"  {name:<10}  {fact}" for name, fact in facts.items())])
+
+    @property
+    def id(self) -> str:
+        """Gymnasium's id of the task, for ``gymnasium.make`` and ``gymnasium.make_vec``."""
+        return f"flockesc/{self.name}-{self.version}"
+
+    @property
+    def actor(self) -> str:
+        """What sets a range: an agent, a flock or a line."""
+        return "agent" if self.per_agent else self.spec.model
+
+    @property
+    def num_actions(self) -> int:
+        """Number of actions of an episode that does not end early."""
+        return int(-(-self.scenario.num_steps // self.options["steps_per_action"]))
+
+    @property
+    def reward(self) -> str:
+        """The reward of training by default: what an agent, or the flock, adds to its objective."""
+        if self.spec.model == "line":
+            return "change"
+        return "individual" if self.per_agent else "team"
+
+    @cached_property
+    def sha256(self) -> str:
+        """Checksum of everything that defines the task."""
+        scenarios = {self.preset: self.scenario, **self.scenarios}
+        table = {name: getattr(self, name) for name in _Table.__struct_fields__ if name != "objective"}
+        table |= {"scenario": self.preset, "objective": self.spec.name}
+        table["options"] = {name: value for name, value in self.options.items() if name != "objective"}
+        defining = {
+            "version": self.version,
+            "flocks": [self.seeds.start, len(self.seeds)],
+            "scenarios": {name: json.loads(scenario.to_json()) for name, scenario in scenarios.items()},
+            "task": msgspec.to_builtins(table),
+        }
+        return hashlib.sha256(json.dumps(defining, sort_keys=True).encode()).hexdigest()
+
+    def normalize(self, objectives: Mapping[str, Any]) -> Any:
+        """Return the score, the mean over scenarios, from the objective, or an array of them, in each."""
+        return sum(scale.score(objectives[name]) for name, scale in self.scales.items()) / len(self.scales)
+
+    @property
+    def policy_spec(self) -> PolicySpec:
+        """What a policy observes and sets, as ``env.policy_spec``."""
+        return self.spec_with()
+
+    def spec_with(self, **options: Any) -> PolicySpec:
+        """Return ``policy_spec`` with options that replace the task's, for example those of a ``Learner``."""
+        chosen = self.scenario.env_options({**self.options, **options})
+        return policy_spec(self.scenario, chosen, per_agent=self.per_agent)
+
+    def setup(self, policy: Any, env: Any = None) -> Setup:
+        """Return how a policy plays the task; a model of stable-baselines3 plays in ``env`` if it is given.
 
         Raises:
-            InputError: if the task has no such learner, or it is none of stable-baselines3.
+            InputError: if it is for another problem, or sees or sets more than the task allows (``fitted``).
         """
-        return learners.arguments(self, learner, learners.learner_of(self, learner))
+        from flockesc_env.taskset.fitting import fitted
+
+        return fitted(policy, self.policy_spec, [*self.scenarios.values()], env)
+
+    def env(self, **options: Any) -> FlockEscapeEnv | LineEscapeEnv:
+        """Return the Gymnasium environment of a task with one range per flock or line.
+
+        Args:
+            **options: options beside the task's, such as ``reward`` and ``render_mode``. ``scenario``
+                replaces the task's.
+
+        Raises:
+            InputError: if every agent sets its own range; if an option is unknown or out of bounds.
+        """
+        from flockesc_env.envs.gymnasium import FlockEscapeEnv
+        from flockesc_env.envs.line import LineEscapeEnv
+
+        options = {"scenario": self.scenario, **self.options, **options}
+        if isinstance(self.scenario, LineScenario):
+            return LineEscapeEnv(**options)
+        if self.per_agent:
+            expected = "one range per flock; parallel_env and vec_env have one per agent"
+            raise InputError("task", expected, self.name)
+        return FlockEscapeEnv(**options)
+
+    def parallel_env(self, **options: Any) -> FlockParallelEnv:
+        """Return the PettingZoo environment of a task for flocks; its agent is ``flock`` for one range."""
+        from flockesc_env.envs.pettingzoo import parallel_env  # fails in a deleted working folder
+
+        view = {"scenario": self.scenario, "per_agent": self.per_agent, "reward": self.reward}
+        return parallel_env(**{**view, **self.options, **options})
 
     def vec_env(self, num_flocks: int = 1, *, learner: str | None = "ppo", **options: Any) -> VecEnv:
-        """Return the environment for ``hyperparameters(learner)``; see ``TaskDefinition.vec_env``.
+        """Return the environment for stable-baselines3, with one slot per agent, per flock or per line.
 
         Args:
             num_flocks: number of flocks, or of lines.
-            learner: name of the learner, whose table may choose the reward and the action mode. ``None``:
-                only the task decides.
-            **options: options that replace those of the task and the learner.
+            learner: name of the learner of ``hyperparameters``, whose table may choose the reward and the
+                action mode. ``None``: only the task decides.
+            **options: options of ``flockesc_env.sb3.vec_env`` that replace those of the task and the learner;
+                ``reward`` is ``Task.reward`` by default. ``scenario`` replaces the task's.
 
         Raises:
             MissingExtraError: if stable-baselines3 is not installed.
             InputError: if the learner is unknown; if an option is unknown or out of bounds.
         """
+        from flockesc_env.sb3 import vec_env
+
+        chosen = {"scenario": self.scenario, "reward": self.reward, **self.options}
+        if self.spec.model == "flock":
+            chosen |= {"infos": "end", "per_agent": self.per_agent}
         if learner is not None:
-            options = {**learners.learner_of(self, learner).options, **options}
-        return super().vec_env(num_flocks, **options)
+            chosen |= self.learner(learner).options
+        envs = vec_env(num_flocks=num_flocks, **(chosen | options))
+        if self.id in gymnasium.registry:
+            envs.set_attr("spec", gymnasium.spec(self.id))
+        return envs
+
+    def eval_callback(
+        self,
+        num_flocks: int = 20,
+        eval_freq: int = 1000,
+        best_model_save_path: str | Path | None = None,
+        eval_env: Any = None,
+    ) -> FlockEvalCallback:
+        """Return a ``FlockEvalCallback``, for ``learn`` on ``vec_env``; it needs the extra ``sb3``."""
+        from flockesc_env.sb3 import FlockEvalCallback
+
+        given: Any = {"best_model_save_path": best_model_save_path, "eval_env": eval_env}
+        return FlockEvalCallback(eval_freq, num_flocks, **given)
+
+    @property
+    def learners(self) -> dict[str, Learner]:
+        """The learners of the task by name."""
+        return learners_of(self.name, self.actor)
+
+    def learner(self, name: str) -> Learner:
+        """Return the learner ``"ppo"``, or ``"PPO"``, and so on; an unknown name raises ``InputError``."""
+        known = self.learners
+        return known[as_name(name, "learner", known)]
+
+    def hyperparameters(self, learner: str | Learner) -> dict[str, Any]:
+        """Return the arguments of the algorithm of a learner of stable-baselines3, given by name or itself.
+
+        ``RangePolicy`` starts at the learner's ``first_range``, or at the largest range of an action if that
+        is shorter. Example: ``PPO(env=task.vec_env(4), **task.hyperparameters("ppo"))``.
+
+        Raises:
+            InputError: if the task has no such learner, or it is none of stable-baselines3.
+        """
+        found = self.learner(learner) if isinstance(learner, str) else learner
+        if found.algorithm in OWN_ALGORITHMS:
+            command = f"python -m training train {self.name} --learner {learner} runs this one"
+            raise InputError("learner", f"one of stable-baselines3; {command}", repr(learner))
+        best = next(iter(self.scales.values())).best_fixed_range
+        return found.arguments(self.spec_with(**found.options), best)
 
     def compare(
         self,
@@ -68,8 +264,9 @@ class Task(TaskDefinition):
         scenario: str | None = None,
         num_flocks: int = 200,
         num_threads: int | None = None,
+        env: Any = None,
     ) -> Comparison:
-        """Play policies and the best fixed range on the same held-out flocks; see ``Comparison``.
+        """Play policies and the best fixed range on the same held-out flocks, as ``flockesc_env.compare``.
 
         Args:
             *policies: policies, names of built-in ones, paths of policy files, or models of
@@ -77,35 +274,31 @@ class Task(TaskDefinition):
             scenario: one of ``scenarios``; ``None``: the first one.
             num_flocks: number of flocks.
             num_threads: number of threads; ``None``: one per core.
+            env: an environment of ``scenario``, in which models play, as in ``rollout``.
 
         Raises:
             InputError: if a policy does not fit the task, or an argument is out of bounds.
         """
         require("analysis", ["scipy"])
-        from flockesc_env.taskset.comparison import ORACLE, Comparison, grid_of  # slow to import
+        from flockesc_env.policies import SB3Policy, compare
 
         seeds = self.seeds[: as_count(num_flocks, "num_flocks", most=len(self.seeds))]
         name = as_choice(scenario or next(iter(self.scenarios)), "scenario", self.scenarios)
-        model, best = self.scenarios[name], self.scales[name].best_fixed_range
-        entries = {}
-        for policy in map(as_policy, (self.shortcut.policy, *policies)):
-            with errors_at(f"{policy.name}: "):
-                entries[policy.name] = fitted(policy, self)
-        ranges = np.union1d(grid_of(self), best)
-        with progress_bar("Fixed ranges", ranges.size * len(seeds)) as report:
-            search: Any = sweep(model, ranges, seeds, num_threads=num_threads, progress=report)
-        fixed = f"best fixed range ({best:g}{self.spec.unit and ' m'})"
-        values = {fixed: self.spec.values(search)[ranges.searchsorted(best)]}
-        values[ORACLE] = search.hindsight_oracle(self.spec.name)
-        for entry in entries.values():
-            with progress_bar(f"Policy {entry.name}", len(seeds)) as report:
-                episodes = rollout(model, entry, seeds, num_threads=num_threads, progress=report)
-            values[entry.name] = self.spec.values(episodes)
-        return Comparison(self, name, search, values)
+        chosen, best = self.scenarios[name], self.scales[name].best_fixed_range
+
+        def prepare(policy: BasePolicy) -> Setup:
+            entry = self.setup(policy, env if isinstance(policy, SB3Policy) else None)
+            if entry.env is not None and entry.scenario != chosen:
+                raise InputError("env", f"flocks of {name}, as of vec_env(scenario={name!r})", shown(env))
+            return replace(entry, scenario=chosen, num_threads=num_threads)
+
+        entries, grid = compare.prepared((self.shortcut.policy, *policies), prepare), chosen.search_ranges
+        facts = {"scenario": name, "task": self.name, "rule": self.shortcut.policy}
+        return compare.judged(entries, self.spec, np.array(grid), best, seeds, **facts)
 
 
-class _Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A task in the file, with names of its scenario and objective: see ``Task``."""
+class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A table of the file, with the names of the scenario and the objective; see ``Task``."""
 
     asks: str
     scenario: str
@@ -117,10 +310,37 @@ class _Entry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     scales: dict[str, Scale]
     controls: tuple[Control, ...] = ()
 
+    def task(self, name: str, version: str) -> Task:
+        """Return the task that the table defines."""
+        names = (self.scenario, *self.scales)
+        scenarios = {one: PRESETS[as_choice(one, f"{name}.scenario", PRESETS)].scenario for one in names}
+        model = scenarios[self.scenario]
+        spec = model.objectives[as_choice(self.objective, f"{name}.objective", model.objectives)]
+        if not spec.is_defined_in(model):
+            raise InputError("scenario", f"{spec.requires}, which the objective {spec.name} requires", "none")
+        known = msgspec.structs.asdict(self) | {
+            "scenario": model,
+            "scenarios": {one: scenarios[one] for one in self.scales},
+            "options": self.options
+            if model.model == "line"
+            else {**self.options, "objective": self.objective},
+        }
+        del known["objective"]
+        return Task(name=name, spec=spec, preset=self.scenario, version=version, **known)
+
 
 class _File(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     version: str
-    tasks: dict[str, _Entry]
+    tasks: dict[str, _Table]
+
+
+def read_tasks(text: str) -> dict[str, Task]:
+    """Return the tasks of a file's text; a field or a name that does not fit raises ``InputError``."""
+    try:
+        file = msgspec.convert(tomllib.loads(text), _File)
+    except (tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
+        raise InputError("tasks", "a file of tasks", error) from None
+    return {name: table.task(name, file.version) for name, table in file.tasks.items()}
 
 
 class Tasks(Mapping[str, Task]):
@@ -128,15 +348,15 @@ class Tasks(Mapping[str, Task]):
 
     @cached_property
     def _tasks(self) -> dict[str, Task]:
-        return read_tasks(files(__package__).joinpath(f"{VERSION}.toml").read_text("utf-8"))
+        return read_tasks(Path(__file__).with_name(f"{VERSION}.toml").read_text("utf-8"))
 
     def __getitem__(self, name: str) -> Task:
-        """Return a task.
+        """Return a task; ``"Per_Agent_Visible"`` also finds ``"per-agent-visible"``.
 
         Raises:
             InputError: if the name is unknown. It names the near ones.
         """
-        return self._tasks[as_choice(name, "task", self._tasks)]
+        return self._tasks[as_name(name, "task", self._tasks)]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._tasks)
@@ -153,36 +373,3 @@ class Tasks(Mapping[str, Task]):
 
 tasks: Final = Tasks()
 """The tasks by name, for example ``tasks["per-agent-visible"]``."""
-
-
-def read_tasks(text: str) -> dict[str, Task]:
-    """Return the tasks of a file's text; a field or a name that does not fit raises ``InputError``."""
-    try:
-        file = msgspec.convert(tomllib.loads(text), _File)
-    except (tomllib.TOMLDecodeError, msgspec.ValidationError) as error:
-        raise InputError("tasks", "a file of tasks", error) from None
-    return {name: _task(name, entry, file.version) for name, entry in file.tasks.items()}
-
-
-def _task(name: str, entry: _Entry, version: str) -> Task:
-    names = (entry.scenario, *entry.scales)
-    scenarios = {one: PRESETS[as_choice(one, f"{name}.scenario", PRESETS)].scenario for one in names}
-    model = scenarios[entry.scenario]
-    is_line = isinstance(model, LineScenario)
-    spec = model.objectives[as_choice(entry.objective, f"{name}.objective", model.objectives)]
-    if not spec.is_defined_in(model):
-        raise InputError("scenario", f"{spec.requires}, which the objective {spec.name} requires", "none")
-    defining = {
-        "version": version,
-        "flocks": [FLOCKS.start, len(FLOCKS)],
-        "scenarios": {one: json.loads(scenario.to_json()) for one, scenario in scenarios.items()},
-        "task": msgspec.to_builtins(entry),
-    }
-    fields = msgspec.structs.asdict(entry) | {
-        "scenario": model,
-        "scenarios": {one: scenarios[one] for one in entry.scales},
-        "options": entry.options if is_line else {**entry.options, "objective": entry.objective},
-        "sha256": hashlib.sha256(json.dumps(defining, sort_keys=True).encode()).hexdigest(),
-    }
-    del fields["objective"]
-    return Task(name=name, spec=spec, seeds=FLOCKS, **fields)

@@ -74,7 +74,9 @@ def scenario_document(name: str, scenario: FlockScenario, best: float | None = N
 
 def scenario_documents(scenario: FlockScenario, best: dict[str, float]) -> tuple[str, list[dict[str, Any]]]:
     """Return the name of a scenario, a preset's or ``GIVEN``, and the documents of it and of all presets."""
-    flocks = {name: flock for name, (_, flock) in PRESETS.items() if isinstance(flock, FlockScenario)}
+    flocks = {
+        name: each.scenario for name, each in PRESETS.items() if isinstance(each.scenario, FlockScenario)
+    }
     known = [name for name, flock in flocks.items() if flock == scenario]
     documents = [scenario_document(name, flock, best.get(name)) for name, flock in flocks.items()]
     return (known[0], documents) if known else (GIVEN, [scenario_document(GIVEN, scenario), *documents])

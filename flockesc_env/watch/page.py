@@ -70,11 +70,8 @@ def write_page(runs: Trajectory | Sequence[Run], path: str | Path) -> None:
 
     Args:
         runs: one run, shown under the name of the file, or a list of names and runs. Runs of the same flock
-            compare best.
+            compare best; all are in the plane or all in space.
         path: the HTML file.
-
-    Raises:
-        InputError: if there are no runs, they cannot be shown side by side, or ``path`` is not a path.
     """
     target = as_path(path)
     shown = [(target.stem, runs)] if isinstance(runs, Trajectory) else runs

@@ -40,10 +40,10 @@ fn run_flock<const D: usize>(config: FlockConfig) {
     if config.num_agents > SMALL || config.predators.len() > SMALL || has_many_clusters {
         return;
     }
-    if config.check_draw(1).is_err() {
+    let Ok(config) = Arc::new(config).drawn(1) else {
         return;
-    }
-    let mut world = World::<D>::new(Arc::new(config), &InitialState::seeded(1));
+    };
+    let mut world = World::<D>::new(config, &InitialState::seeded(1));
     for range in [0.0, 7.0, f64::MAX] {
         world.step(Ranges::Shared(range)).expect("few agents");
         assert_world_is_sound(&world, Ranges::Shared(range));

@@ -3,6 +3,8 @@
 
 #![no_main]
 
+use std::sync::Arc;
+
 use arbitrary::{Result, Unstructured};
 use flockesc_core::bindings::AtEnd;
 use flockesc_core::{
@@ -45,7 +47,7 @@ fn run<const D: usize>(
     u: &mut Unstructured<'_>,
 ) -> Result<()> {
     let start = start(&scenario, u)?;
-    if scenario.check_draw(start.seed).is_err() {
+    if Arc::new(scenario.clone()).drawn(start.seed).is_err() {
         return Ok(());
     }
     let mut batch = Batch::<D>::new(scenario, options, 1, Some(1)).expect("a flock with predators");

@@ -22,13 +22,10 @@ from flockesc_env.scenario import ConstantVelocity, Metric, NeighborRule
 _ROOT = Path(__file__).parents[2]
 _MODULES = ("numpy_flocks", "numba_cells", "jax_all_pairs")
 
-TOLERANCE = 1e-9
-"""Largest allowed difference in m. Sums in another order differ by rounding errors."""
+TOLERANCE = 1e-9  # largest allowed difference in m, of rounding errors of sums in another order
 # Positions up to 128 m have rounding errors of 4e-6 m, and ten steps have a few each. The median is compared
 # because rounding can move a pair across the range, which turns a few agents.
-SINGLE_TOLERANCE = 1e-4
-"""Largest allowed median difference in m of peers in float32."""
-
+SINGLE_TOLERANCE = 1e-4  # largest allowed median difference in m of peers in float32
 Floats = NDArray[np.float64]
 
 
@@ -78,29 +75,20 @@ class Outcome(NamedTuple):
     min_mean_distance: Floats
 
 
-Run = Callable[[Flocks, float, int], Outcome]
-"""``run(flocks, interaction_range, steps)``."""
+Run = Callable[[Flocks, float, int], Outcome]  # ``run(flocks, interaction_range, steps)``
 RunOne = Callable[[Model, Floats, Floats, float, int], tuple[Floats, float]]
 """``run(model, positions, velocities, interaction_range, steps)`` for arrays of shape (n, 2)."""
 
 
 @dataclass(frozen=True)
 class Peer:
-    """An implementation of the flock model.
+    """An implementation of the flock model."""
 
-    Attributes:
-        name: name in tables and figures.
-        run: the function to time.
-        flocks_at_once: number of flocks per call, for peers that are faster with many; ``None``: ``FLOCKS``.
-        is_single: whether it computes in float32.
-        largest: size of the largest flock to time in agents; a step of the next size takes seconds.
-    """
-
-    name: str
+    name: str  # in tables and figures
     run: Run
-    flocks_at_once: int | None = None
-    is_single: bool = False
-    largest: int = 1_000_000
+    flocks_at_once: int | None = None  # per call, for peers that are faster with many; None: ``FLOCKS``
+    is_single: bool = False  # whether it computes in float32
+    largest: int = 1_000_000  # agents of the largest flock to time; a step of the next size takes seconds
 
 
 def one_by_one(run: RunOne) -> Run:
@@ -118,11 +106,7 @@ def one_by_one(run: RunOne) -> Run:
 
 @cache
 def rust() -> ModuleType:
-    """Compile the crate ``flockesc-peers`` with this project's release profile and import it.
-
-    Raises:
-        CalledProcessError: if the compilation fails.
-    """
+    """Compile the crate ``flockesc-peers`` with this project's release profile and import it."""
     command = ["cargo", "build", "--release", "--locked", "--quiet", "--package", "flockesc-peers"]
     subprocess.run(command, cwd=_ROOT, check=True)
     loader = ExtensionFileLoader("flockesc_peers", str(_ROOT / "target/release/libflockesc_peers.so"))
@@ -169,4 +153,5 @@ def check(
             largest, tolerance = (np.median, SINGLE_TOLERANCE) if peer.is_single else (np.max, TOLERANCE)
             difference = largest(differences)
             if not difference <= tolerance:
-                raise DisagreementError(f"{peer.name} differs by {difference:.3g} m at {rho} {rule.unit}")
+                at = f"{rho} {scenario.range_unit}"
+                raise DisagreementError(f"{peer.name} differs by {difference:.3g} m at {at}")

@@ -1,7 +1,5 @@
 """Both sides of the arms race as plain data, lead pursuit, and a network that corrects it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Final, cast
@@ -17,10 +15,10 @@ from flockesc_env.policies.network import tanh_layers
 from flockesc_env.scenario import Learned
 
 INPUTS: Final = (
-    *("time", "nearest_direction_ahead", "nearest_direction_left", "nearest_distance"),
-    *("centroid_direction_ahead", "centroid_direction_left", "centroid_distance"),
-    *("flock_velocity_ahead", "flock_velocity_left"),
-)
+    "time", "nearest_direction_ahead", "nearest_direction_left", "nearest_distance",
+    "centroid_direction_ahead", "centroid_direction_left", "centroid_distance",
+    "flock_velocity_ahead", "flock_velocity_left",
+)  # fmt: skip
 """Entries of the predator's observation that ``NetworkPredator`` sees; the flock is in the plane."""
 
 WIDTHS: Final = (len(INPUTS), 8, 2)  # of the layers of a ``NetworkPredator``
@@ -90,6 +88,7 @@ class LeadPursuit:
         centroid = distance * read("centroid_direction_ahead", 2)
         velocity = _unscaled(read("flock_velocity_ahead", 2), self._speed)  # minus the predator's
         velocity[:, :1] += read("speed", 1) * self._max_speed
+        # The meeting time T solves ||r + T u||^2 = s^2 T^2, a quadratic equation with one positive root.
         approach = (centroid * velocity).sum(axis=1, keepdims=True)
         excess = self._max_speed**2 - (velocity**2).sum(axis=1, keepdims=True)
         meeting = (approach + np.sqrt(approach**2 + excess * distance**2)) / excess
@@ -127,5 +126,6 @@ def _unscaled(values: FloatArray, half: float) -> FloatArray:
 
 
 def _norm(vectors: FloatArray) -> FloatArray:
+    """Return the lengths of the rows, shape (rows, 1)."""
     norms: FloatArray = np.sqrt((vectors * vectors).sum(axis=1, keepdims=True))
     return norms

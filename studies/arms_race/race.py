@@ -1,15 +1,13 @@
 """The arms race: predators and flock policies trained in turns with CMA-ES, and the cross-play of all."""
 
-from __future__ import annotations
-
 import dataclasses
 import os
 import platform
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final, cast
+from typing import Any, Final
 
 import numpy as np
 import polars as pl
@@ -97,120 +95,134 @@ def train(kind: str, flock: Flock, predator: Predator, budget: Budget, seed: int
         processor time.
     """
     begun = time.process_time()
-    origin, value = learner(kind, flock, predator)
+    start, j_mean = learner(kind, flock, predator)
     sign, step = (1, budget.flock_step) if kind == "flock" else (-1, budget.predator_step)
-    optimizer = CMA(np.zeros(len(origin)), step, population_size=budget.population, seed=seed)
+    optimizer = CMA(np.zeros(len(start)), step, population_size=budget.population, seed=seed)
     tuning = first_seeds(TUNING, budget.tuning_flocks)
-    means = [np.zeros(len(origin))]
-    curve = [value(means[0][np.newaxis], tuning).mean()]
-    played = 0
+    checked = [np.zeros(len(start))]
+    curve = [j_mean(checked[0][np.newaxis], tuning).mean()]
+    num_played = 0
     for generation, num_flocks in enumerate(budget.schedule(), start=1):
-        flocks = training_seeds(seed, played, num_flocks)
-        maximize(optimizer, lambda changes, flocks: sign * value(changes, flocks), flocks)
-        played += num_flocks
+        flocks = training_seeds(seed, num_played, num_flocks)
+        maximize(optimizer, lambda changes, flocks: sign * j_mean(changes, flocks), flocks)
+        num_played += num_flocks
         if generation % budget.check_every == 0:
-            means.append(optimizer.mean.copy())
-            curve.append(value(means[-1][np.newaxis], tuning).mean())
+            checked.append(optimizer.mean.copy())
+            curve.append(j_mean(checked[-1][np.newaxis], tuning).mean())
+    best = int(np.argmax(sign * np.array(curve)))
     return {
-        "parameters": origin + means[int(np.argmax(sign * np.array(curve)))],
+        "parameters": start + checked[best],
         "curve": np.array(curve),
         "minutes": np.array((time.process_time() - begun) / 60),
     }
 
 
 def learner(kind: str, flock: Flock, predator: Predator) -> tuple[FloatArray, Value]:
-    """Return the parameters of a ``"flock"`` policy or a ``"predator"``, and J_mean against the other."""
-    entry, opponent = flock.entry(), predator.policy(SCENARIO)
-    pursuit, network = LeadPursuit(SCENARIO, predator.lead), cast("NetworkPolicy", entry)
-    start = network.parameters if kind == "flock" else predator.parameters or np.zeros(SIZE)
-    origin = np.array(start, np.float64)
+    """Return the parameters of a ``"flock"`` policy or a ``"predator"``, and J_mean against the other side.
 
-    def value(changes: FloatArray, flocks: range) -> FloatArray:
+    Changes of the parameters are played in groups, so that a call steps ``BATCH`` flocks together. Those of a
+    predator change the network that corrects its lead pursuit.
+    """
+    entry: Any = flock.entry()
+    start = entry.parameters if kind == "flock" else predator.parameters or np.zeros(SIZE)
+    parameters = np.array(start, np.float64)
+    opponent, pursuit = predator.policy(SCENARIO), LeadPursuit(SCENARIO, predator.lead)
+
+    def play_group(group: FloatArray, seeds: list[int]) -> FloatArray:
+        if kind == "predator":
+            predators: Any = [NetworkPredator(changed, pursuit) for changed in group]
+            return _played(entry, Population(predators), seeds)
+        networks = Population([NetworkPolicy(entry.architecture, changed) for changed in group])
+        played = as_policy(networks).with_options(per_agent=entry.per_agent, **(entry.options or {}))
+        return _played(played, opponent, seeds)
+
+    def j_mean(changes: FloatArray, flocks: range) -> FloatArray:
         size = max(1, BATCH // len(flocks))
-        values = []
-        for group in np.split(origin + changes, range(size, len(changes), size)):
-            if kind == "flock":
-                networks = Population([NetworkPolicy(network.architecture, vector) for vector in group])
-                known: Any = {"per_agent": entry.per_agent, **(entry.options or {})}
-                sides: tuple[Any, Any] = as_policy(networks).with_options(**known), opponent
-            else:
-                predators: Any = [NetworkPredator(vector, pursuit) for vector in group]
-                sides = entry, Population(predators)
-            values.append(_played(*sides, list(flocks) * len(group)).reshape(len(group), -1))
-        return np.concatenate(values)
+        groups = np.split(parameters + changes, range(size, len(changes), size))
+        played = [play_group(group, list(flocks) * len(group)).reshape(len(group), -1) for group in groups]
+        return np.concatenate(played)
 
-    return origin, value
+    return parameters, j_mean
+
+
+@dataclass
+class _Race:
+    """The opponents of a race, those that are trained included, and a row per check of every training run.
+
+    A trained predator has the name of the flock policy that it was trained against.
+    """
+
+    runner: Runner
+    budget: Budget
+    lead: float
+    flocks: dict[str, Flock]
+    predators: dict[str, Predator]
+    trainings: list[dict[str, object]] = field(default_factory=list)
+
+    def train_flocks(self, starts: Mapping[str, str], seed: int) -> None:
+        """Train new flock policies by name, each from its start against the predator of this name."""
+        pairs = {name: (self.flocks[start], self.predators[start]) for name, start in starts.items()}
+        for name, parameters in self._train("flock", pairs, seed).items():
+            self.flocks[name] = Flock(self.flocks[starts[name]].spec, parameters)
+
+    def train_predators(self, starts: Mapping[str, str], seed: int) -> None:
+        """Train new predators by name, each from its start against the flock policy of the new name."""
+        pairs = {name: (self.flocks[name], self.predators[start]) for name, start in starts.items()}
+        for name, parameters in self._train("predator", pairs, seed).items():
+            self.predators[name] = Predator("lead", self.lead, parameters)
+
+    def _train(
+        self, kind: str, pairs: Mapping[str, tuple[Flock, Predator]], seed: int
+    ) -> dict[str, tuple[float, ...]]:
+        """Train one side of each pair; return its parameters by the name of the pair."""
+        seconds = self.budget.episodes() * EPISODE
+        jobs = {
+            name: Job(f"{__name__}:train", (kind, flock, predator, self.budget, seed), seconds)
+            for name, (flock, predator) in pairs.items()
+        }
+        trained = self.runner.run(jobs, f"Training: {kind}")
+        for name, found in trained.items():
+            run = {"kind": kind, "name": name, "minutes": float(found["minutes"])}
+            for check, value in enumerate(found["curve"].tolist()):
+                self.trainings.append({**run, "measurement": check, "objective": value})
+        return {name: tuple(found["parameters"].tolist()) for name, found in trained.items()}
+
+    def cross_play(self, held_out: range) -> pl.DataFrame:
+        """Play all flock policies against all predators; return J_mean in m by pair and seed."""
+        jobs = {
+            (name, other): split(play, flock, predator, flocks=held_out, size=CHUNK, seconds=EPISODE)
+            for name, flock in self.flocks.items()
+            for other, predator in self.predators.items()
+        }
+        return pl.concat(
+            pl.DataFrame({"flock_policy": name, "predator": other, "seed": held_out, **found})
+            for (name, other), found in self.runner.run(jobs, "Cross-play").items()
+        )
 
 
 def measure(runner: Runner, output: Path, rounds: int, num_flocks: int, budget: Budget = Budget()) -> None:
     """Train in turns, play all flock policies against all predators on held-out flocks; write the files.
 
-    A trained predator has the name of the flock policy that it was trained against. Each round trains a flock
-    policy of each track against its predator, and then a predator against the new policy.
+    Each round trains a flock policy of each track against its predator, and then a predator against the new
+    policy.
     """
     flocks = {FIXED: Flock("fixed:12"), "stubborn leaders": Flock("stubborn-leaders")}
     flocks |= {name: Flock(file) for name, file in LEARNED.items()}
-    tuning = first_seeds(TUNING, LEAD_FLOCKS)
-    tried = {
-        value: split(f"{__name__}:play", (flocks[FIXED], Predator("lead", value)), tuning, CHUNK, EPISODE)
-        for value in LEADS
-    }
-    leads = {value: float(found["objective"].mean()) for value, found in runner.run(tried, "Lead").items()}
+    leads = _objective_by_lead(runner, flocks[FIXED])
     lead = min(leads, key=lambda value: leads[value])
     predators = {kind: Predator(kind, lead if kind == "lead" else 0.0) for kind in UNTRAINED}
-    trainings: list[dict[str, object]] = []
-
-    def train_each(kind: str, starts: Mapping[str, str], seed: int) -> None:
-        jobs = {}
-        for name, start in starts.items():
-            flock = flocks[start if kind == "flock" else name]
-            arguments = (kind, flock, predators[start], budget, seed)
-            jobs[name] = Job(f"{__name__}:train", arguments, budget.episodes() * EPISODE)
-        for name, found in runner.run(jobs, f"Training: {kind}").items():
-            parameters = tuple(found["parameters"].tolist())
-            if kind == "flock":
-                flocks[name] = Flock(flocks[starts[name]].spec, parameters)
-            else:
-                predators[name] = Predator("lead", lead, parameters)
-            run = {"kind": kind, "name": name, "minutes": float(found["minutes"])}
-            for at, value in enumerate(found["curve"].tolist()):
-                trainings.append({**run, "measurement": at, "objective": value})
-
-    train_each("predator", dict.fromkeys(flocks, "lead"), FIRST_SEED)
+    race = _Race(runner, budget, lead, flocks, predators)
+    race.train_predators(dict.fromkeys(flocks, "lead"), FIRST_SEED)
     newest = {track: track for track in TRACKS}
     for number in range(1, rounds + 1):
         starts = {f"{track}, round {number}": start for track, start in newest.items()}
-        train_each("flock", starts, FIRST_SEED + 2 * number - 1)
-        train_each("predator", starts, FIRST_SEED + 2 * number)
+        race.train_flocks(starts, FIRST_SEED + 2 * number - 1)
+        race.train_predators(starts, FIRST_SEED + 2 * number)
         newest = dict(zip(newest, starts, strict=True))
-
-    held_out = first_seeds(HELD_OUT, num_flocks)
-    jobs = {
-        (name, other): split(f"{__name__}:play", (flock, predator), held_out, CHUNK, EPISODE)
-        for name, flock in flocks.items()
-        for other, predator in predators.items()
-    }
-    table = pl.concat(
-        pl.DataFrame({"flock_policy": name, "predator": other, "seed": held_out, **found})
-        for (name, other), found in runner.run(jobs, "Cross-play").items()
-    )
     (output / "policies").mkdir(parents=True, exist_ok=True)
-    write_table(table, output / "cross_play.parquet")
-    write_table(pl.DataFrame(trainings), output / "trainings.parquet")
-    policies = {}
-    for name, flock in flocks.items():
-        entry = flock.entry()
-        policies[name] = {
-            "from": flock.spec,
-            "learner": TRACKS.get(name),
-            "parameters": len(getattr(entry, "parameters", ())),
-            "steps_per_action": (entry.options or {})["steps_per_action"],
-        }
-        if flock.parameters:
-            file = output / "policies" / f"{name.replace(',', '').replace(' ', '-')}.npz"
-            save_policy(entry.with_options(name=name, scenario=SCENARIO), file)
-    trained = {name: np.array(each.parameters) for name, each in predators.items() if each.parameters}
-    write_npz(output / "policies" / "predators.npz", trained)
+    write_table(race.cross_play(first_seeds(HELD_OUT, num_flocks)), output / "cross_play.parquet")
+    write_table(pl.DataFrame(race.trainings), output / "trainings.parquet")
+    _write_policies(race, output / "policies")
     record = {
         "command": f"python -m studies arms-race --rounds {rounds} --num-flocks {num_flocks}",
         "rounds": rounds,
@@ -221,11 +233,42 @@ def measure(runner: Runner, output: Path, rounds: int, num_flocks: int, budget: 
         "lead_flocks": LEAD_FLOCKS,
         "leads": {f"{value:g}": objective for value, objective in leads.items()},
         "lead": lead,
-        "flock_policies": policies,
+        "flock_policies": {name: _description(name, flock) for name, flock in race.flocks.items()},
         "versions": records.versions("cmaes"),
         "machine": f"{os.cpu_count()} cores, {platform.machine()}",
     }
     write_text(output / "arms_race.json", document(record))
+
+
+def _objective_by_lead(runner: Runner, flock: Flock) -> dict[float, float]:
+    """Return the mean J_mean in m of a flock policy on tuning flocks against lead pursuit, by lead."""
+    tuning = first_seeds(TUNING, LEAD_FLOCKS)
+    jobs = {
+        lead: split(play, flock, Predator("lead", lead), flocks=tuning, size=CHUNK, seconds=EPISODE)
+        for lead in LEADS
+    }
+    return {lead: float(found["objective"].mean()) for lead, found in runner.run(jobs, "Lead").items()}
+
+
+def _write_policies(race: _Race, folder: Path) -> None:
+    """Write a policy file per trained flock policy, and the parameters of all trained predators."""
+    for name, flock in race.flocks.items():
+        if flock.parameters:
+            file = folder / f"{name.replace(',', '').replace(' ', '-')}.npz"
+            save_policy(flock.entry().with_options(name=name, scenario=SCENARIO), file)
+    trained = {name: np.array(one.parameters) for name, one in race.predators.items() if one.parameters}
+    write_npz(folder / "predators.npz", trained)
+
+
+def _description(name: str, flock: Flock) -> dict[str, object]:
+    """Return what the report says about a flock policy."""
+    entry = flock.entry()
+    return {
+        "from": flock.spec,
+        "learner": TRACKS.get(name),
+        "parameters": len(getattr(entry, "parameters", ())),
+        "steps_per_action": (entry.options or {})["steps_per_action"],
+    }
 
 
 def _played(entry: BasePolicy, predator: Any, seeds: list[int]) -> FloatArray:

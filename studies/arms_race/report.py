@@ -1,7 +1,5 @@
 """Statistics, figure and report of the arms race, from its stored results."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -25,8 +23,12 @@ from studies.measurements import sign, values_by
 from studies.study import Study, signed, template
 from studies.style import subplots
 
-_LABELS = {"straight": "straight", "lead": "lead pursuit"}
-_LABELS |= {target: f"pursuit of {target}" for target in ("nearest", "centroid")}
+_LABELS = {
+    "straight": "straight",
+    "nearest": "pursuit of nearest",
+    "centroid": "pursuit of centroid",
+    "lead": "lead pursuit",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,26 +70,35 @@ class RaceResults:
     def excess(self, flock: str, other: str) -> Estimate:
         """Return the difference of what two flock policies lose to their worst predators."""
         values = self.objective
-        losses = (values[each, "straight"] - values[each, self.worst(each)] for each in (flock, other))
-        return stats.mean(np.subtract(*losses))
+        loss = values[flock, "straight"] - values[flock, self.worst(flock)]
+        other_loss = values[other, "straight"] - values[other, self.worst(other)]
+        return stats.mean(loss - other_loss)
 
     def in_turns(self, track: str) -> dict[str, Estimate]:
         """Return by how much J_mean of the last round exceeds that before the first, by predator."""
-        last, values = f"{track}, round {self.record['rounds']}", self.objective
-        return {name: stats.mean(values[last, name] - values[track, name]) for name in (*UNTRAINED, track)}
+        last = f"{track}, round {self.record['rounds']}"
+        return {
+            predator: stats.mean(self.objective[last, predator] - self.objective[track, predator])
+            for predator in (*UNTRAINED, track)
+        }
 
 
 def load_race(folder: Path) -> RaceResults:
     """Read the results of an arms race."""
     objective = values_by(pl.read_parquet(folder / "cross_play.parquet"), "flock_policy", "predator")
-    flocks, predators = ([*dict.fromkeys(names)] for names in zip(*objective, strict=True))
     return RaceResults(
-        json.loads((folder / "arms_race.json").read_text("utf-8")),
-        pl.read_parquet(folder / "trainings.parquet"),
-        sorted(flocks, key=lambda name: flocks.index(name.split(", round")[0])),
-        sorted(predators, key=lambda name: predators.index(name.split(", round")[0])),
-        objective,
+        record=json.loads((folder / "arms_race.json").read_text("utf-8")),
+        trainings=pl.read_parquet(folder / "trainings.parquet"),
+        flocks=_with_rounds([flock for flock, _ in objective]),
+        predators=_with_rounds([predator for _, predator in objective]),
+        objective=objective,
     )
+
+
+def _with_rounds(names: list[str]) -> list[str]:
+    """Return different names in their order, the rounds of each right behind it."""
+    different = [*dict.fromkeys(names)]
+    return sorted(different, key=lambda name: different.index(name.split(", round")[0]))
 
 
 def label(predator: str) -> str:
@@ -100,10 +111,10 @@ def cross_play_figure(results: RaceResults) -> Figure:
     rows, columns = results.flocks, results.predators
     means = np.array([[results.cells[flock, predator].mean for predator in columns] for flock in rows])
     changes = means - means[:, [columns.index("straight")]]
-    most = np.abs(changes).max()
+    largest = np.abs(changes).max()
     colors = LinearSegmentedColormap.from_list("distance", (LIGHT.predator, LIGHT.page, LIGHT.accent))
     figure, axes = subplots(0.34 * (len(rows) + 5.5))
-    axes.imshow(changes, cmap=colors, vmin=-most, vmax=most, aspect="auto", alpha=0.75)
+    axes.imshow(changes, cmap=colors, vmin=-largest, vmax=largest, aspect="auto", alpha=0.75)
     for (row, column), mean in np.ndenumerate(means):
         text = axes.text(column, row, f"{mean:.1f}", ha="center", va="center")
         if rows[row] == columns[column]:
@@ -126,18 +137,11 @@ def report(results: RaceResults) -> str:
     distinct = results.distinct()
     worst = {flock: results.cells[flock, results.worst(flock)] for flock in results.flocks}
     losses = {flock: results.loss(flock, "straight", results.worst(flock)) for flock in results.flocks}
-    trainings = []
-    for (kind, name), run in results.trainings.group_by("kind", "name", maintain_order=True):
-        values = run.sort("measurement")["objective"]
-        best = values.min() if kind == "predator" else values.max()
-        trained = f"predator {label(str(name))}" if kind == "predator" else f"flock policy {name}"
-        row = {"name": trained, "first": values[0], "best": best, "minutes": run["minutes"][0]}
-        trainings.append({**row, "is_unchanged": values[0] == best})
     return template("arms_race/templates/arms_race.md").render(
         results=results,
         race=race,
         hidden=WIDTHS[1],
-        trainings=trainings,
+        trainings=_training_rows(results.trainings),
         label=label,
         difference=signed,
         grouped=grouped,
@@ -151,12 +155,35 @@ def report(results: RaceResults) -> str:
     )
 
 
+def _training_rows(trainings: pl.DataFrame) -> list[dict[str, Any]]:
+    """Return a row per training run: J_mean in m of its start and of its best check."""
+    rows = []
+    for (kind, name), run in trainings.group_by("kind", "name", maintain_order=True):
+        curve = run.sort("measurement")["objective"]
+        is_predator = kind == "predator"
+        best = curve.min() if is_predator else curve.max()
+        rows.append(
+            {
+                "name": f"predator {label(str(name))}" if is_predator else f"flock policy {name}",
+                "first": curve[0],
+                "best": best,
+                "minutes": run["minutes"][0],
+                "is_unchanged": curve[0] == best,
+            }
+        )
+    return rows
+
+
 def grouped(changes: Mapping[str, Estimate]) -> dict[str, Any]:
-    """Return names by what their interval says, and the names with the most and the least change."""
+    """Return the names of changes by their sign, and the largest and the smallest change with its name."""
     ordered = sorted(changes.items(), key=lambda pair: pair[1].mean)
-    kinds = {"larger": 1, "smaller": -1, "neither": 0}
-    names = {kind: [name for name in changes if sign(changes[name]) == at] for kind, at in kinds.items()}
-    return {**names, "most": ordered[-1], "least": ordered[0]}
+    return {
+        "larger": [name for name, change in changes.items() if sign(change) > 0],
+        "smaller": [name for name, change in changes.items() if sign(change) < 0],
+        "neither": [name for name, change in changes.items() if sign(change) == 0],
+        "most": ordered[-1],
+        "least": ordered[0],
+    }
 
 
 ARMS_RACE = Study(

@@ -1,13 +1,11 @@
 """Controls of the headline policies: hidden entries of the observation, and blocked warnings."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 import polars as pl
@@ -21,8 +19,11 @@ from flockesc_env.episodes.spaces import ObservationLayout
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import BasePolicy, PolicySpec, as_policy
+from flockesc_env.policies.setup import setup
+from flockesc_env.taskset import Task
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, play_jobs, policy_of, share_of, values_by
+from studies.scoreboard.board import best_fixed_range
 
 Observations = NDArray[np.float32]
 
@@ -30,15 +31,10 @@ HIDDEN_FILE: Final = "ablation.parquet"
 BLOCKED_FILE: Final = "blocking.parquet"
 HIDING_FLOCKS: Final = 100
 BLOCKING_FLOCKS: Final = 200
-TUNED: Final = 20
-"""Tuning flocks over which a hidden entry has its mean."""
+TUNED: Final = 20  # tuning flocks over which a hidden entry has its mean
 
-RULES: Final = ("head-away", "stubborn-leaders")
-"""Rules that play ``per-agent-visible`` beside the headline policies."""
-
-BLOCKED: Final = (False, True)
-"""Whether warnings are blocked."""
-
+RULES: Final = ("head-away", "stubborn-leaders")  # play ``per-agent-visible`` beside the headline policies
+BLOCKED: Final = (False, True)  # whether warnings are blocked
 NOTHING: Final = "nothing"
 
 GROUPS: Final[dict[str, tuple[str, ...]]] = {
@@ -84,28 +80,34 @@ class Watching(Hiding):
 
     def __init__(self, policy: Policy) -> None:
         super().__init__(policy, {})
-        self.layouts: list[ObservationLayout] = []
         self.seen: list[Observations] = []
         self.ranges: list[FloatArray] = []
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Let the policy choose."""
         actions = super().act(observations, spec)
-        self.layouts.append(spec.layout)
         self.seen.append(observations.copy())
         self.ranges.append(spec.actions.to_ranges(actions, len(observations)))
         return actions
 
 
-def watch(policy: BasePolicy, flocks: range) -> tuple[ObservationLayout, Observations, FloatArray]:
-    """Run a policy on some flocks of the scenario that it was trained in.
+class Watched(NamedTuple):
+    """Observations of a policy, shape (actions, rows, entries), and ranges in m, shape (actions, rows)."""
 
-    Returns:
-        Layout; observations (actions, rows, entries); ranges in m (actions, rows).
-    """
+    layout: ObservationLayout
+    observations: Observations
+    ranges: FloatArray
+
+    def entry(self, name: str) -> FloatArray:
+        """Return an entry of the observations, shape (actions, rows)."""
+        return self.observations[..., self.layout.index(name)].astype(np.float64)
+
+
+def watch(policy: BasePolicy, flocks: range) -> Watched:
+    """Run a policy on some flocks of the scenario that it was trained in."""
     watching = Watching(policy)
     rollout(_instead(watching, policy), flocks, batch_size=len(flocks))
-    return watching.layouts[0], np.array(watching.seen), np.array(watching.ranges)
+    return Watched(policy.policy_spec.layout, np.array(watching.seen), np.array(watching.ranges))
 
 
 def hide(policy: bytes, column: str, shown: tuple[tuple[int, float], ...], flocks: range) -> Arrays:
@@ -118,17 +120,18 @@ def hide(policy: bytes, column: str, shown: tuple[tuple[int, float], ...], flock
 def _instead(policy: Policy, replaced: BasePolicy) -> BasePolicy:
     """Return a policy with the view, the scenario and the options of another one."""
     known: Any = {"per_agent": replaced.per_agent, "scenario": replaced.scenario}
-    return as_policy(policy).with_options(**known, **replaced.all_options())
+    return as_policy(policy).with_options(**known, **vars(setup(replaced).options))
 
 
 def measure_hidden(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:
     """Play the headline policies with groups of entries replaced by their means over tuning flocks."""
-    flocks, jobs = share_of(HELD_OUT, HIDING_FLOCKS, scale), {}
+    flocks = share_of(HELD_OUT, HIDING_FLOCKS, scale)
+    jobs = {}
     for headline in headlines:
-        layout, seen, _ = watch(headline.entry, share_of(TUNING, TUNED, scale))
-        means = seen.reshape(-1, seen.shape[-1]).mean(axis=0)
+        watched = watch(headline.entry, share_of(TUNING, TUNED, scale))
+        means = watched.observations.reshape(-1, watched.observations.shape[-1]).mean(axis=0)
+        names = [re.sub(r"^profile_\d+_", "", name) for name in watched.layout.names]
         for group, beginnings in {NOTHING: (), **GROUPS}.items():
-            names = [re.sub(r"^profile_\d+_", "", name) for name in layout.names]
             shown = [(k, float(means[k])) for k, name in enumerate(names) if name.startswith(beginnings)]
             if shown or group == NOTHING:
                 arguments = (headline.content, headline.task.spec.name, tuple(shown), flocks)
@@ -156,21 +159,19 @@ def measure_blocked(headlines: Sequence[Headline], scale: float, runner: Runner,
     The table has the columns policy (a task or a rule), blocked, seed, and objective and fixed in m. The best
     fixed range of each task was chosen with warnings.
     """
-    flocks, visible = share_of(HELD_OUT, BLOCKING_FLOCKS, scale), Headline(tasks["per-agent-visible"], Path())
-    played: dict[str, tuple[str | bytes, Headline]] = {
-        **{headline.task.name: (headline.content, headline) for headline in headlines},
-        **{rule: (rule, visible) for rule in RULES},
-    }
+    flocks = share_of(HELD_OUT, BLOCKING_FLOCKS, scale)
+    played: dict[str, tuple[Any, Task]] = {one.task.name: (one.content, one.task) for one in headlines}
+    played |= {rule: (rule, tasks["per-agent-visible"]) for rule in RULES}
     jobs = {}
-    for (name, (policy, headline)), blocked in product(played.items(), BLOCKED):
-        scenario: Any = headline.task.scenario.replace(blocks_warnings=blocked)
-        fixed = f"fixed:{headline.best_fixed_range:.12g}"
-        for column, one in (("objective", policy), ("fixed", fixed)):
-            jobs[name, blocked, column] = play_jobs(one, scenario, headline.task.spec.name, flocks)
-    found = {key: values["objective"] for key, values in runner.run(jobs, "Warnings").items()}
+    for (name, (policy, task)), blocked in product(played.items(), BLOCKED):
+        scenario: Any = task.scenario.replace(blocks_warnings=blocked)
+        fixed = f"fixed:{best_fixed_range(task):.12g}"
+        jobs[name, blocked, "objective"] = play_jobs(policy, scenario, task.spec.name, flocks)
+        jobs[name, blocked, "fixed"] = play_jobs(fixed, scenario, task.spec.name, flocks)
+    found = runner.run(jobs, "Warnings")
     tables = []
     for name, blocked in product(played, BLOCKED):
-        values = {column: found[name, blocked, column] for column in ("objective", "fixed")}
+        values = {column: found[name, blocked, column]["objective"] for column in ("objective", "fixed")}
         tables.append(pl.DataFrame({"policy": name, "blocked": blocked, "seed": flocks, **values}))
     write_table(pl.concat(tables), output / BLOCKED_FILE)
 
@@ -182,12 +183,13 @@ def estimates(output: Path) -> dict[str, dict[str, Estimate]]:
     difference. ``gain_hearing`` and ``gain_blocked`` are the paired gains over the best fixed range.
     """
     table = pl.read_parquet(output / BLOCKED_FILE).with_columns(gain=pl.col("objective") - pl.col("fixed"))
-    policy, gain = (values_by(table, "policy", "blocked", column=one) for one in ("objective", "gain"))
+    objective = values_by(table, "policy", "blocked", column="objective")
+    gain = values_by(table, "policy", "blocked", column="gain")
     return {
         name: {
-            "hearing": mean(policy[name, False]),
-            "blocked": mean(policy[name, True]),
-            "warning": mean(policy[name, False] - policy[name, True]),
+            "hearing": mean(objective[name, False]),
+            "blocked": mean(objective[name, True]),
+            "warning": mean(objective[name, False] - objective[name, True]),
             "gain_hearing": mean(gain[name, False]),
             "gain_blocked": mean(gain[name, True]),
         }

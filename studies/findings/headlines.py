@@ -1,11 +1,10 @@
 """The headline policy of each task: the best trained one on tuning flocks, which the study explains."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Final
 
@@ -57,11 +56,6 @@ class Headline:
         return policy_of(self.content)
 
     @property
-    def best_fixed_range(self) -> float:
-        """The task's best fixed range in m."""
-        return next(iter(self.task.scales.values())).best_fixed_range
-
-    @property
     def max_range(self) -> float:
         """The largest range in m that the policy can set."""
         return float((self.entry.options or {})["max_range"])
@@ -69,14 +63,14 @@ class Headline:
 
 def candidates(task: str) -> dict[str, list[str]]:
     """Return the policy files of the trained learners of a task, relative to the scoreboard, by learner."""
-    found = {
-        entrant.name: [
-            f"{entrant.name}/{one.policy}" for one in entrant.results[task].policies if is_file(one.policy)
-        ]
-        for entrant in load_board()
-        if task in entrant.results and entrant.results[task].training
-    }
-    return {learner: files for learner, files in found.items() if files}
+    found = {}
+    for entrant in load_board():
+        result = entrant.results.get(task)
+        policies = result.policies if result and result.training else ()
+        files = [f"{entrant.name}/{one.policy}" for one in policies if is_file(one.policy)]
+        if files:
+            found[entrant.name] = files
+    return found
 
 
 def measure(names: Iterable[str], scale: float, runner: Runner, output: Path) -> list[Headline]:
@@ -85,21 +79,19 @@ def measure(names: Iterable[str], scale: float, runner: Runner, output: Path) ->
     The best learner has the largest mean objective over its training seeds. Its best training seed follows.
     """
     flocks = share_of(TUNING, TUNING_FLOCKS, scale)
-    jobs = {
-        (name, learner, file): play_jobs(
-            (BOARD / file).read_bytes(), tasks[name].scenario, tasks[name].spec.name, flocks
-        )
-        for name in names
-        for learner, files in candidates(name).items()
-        for file in files
-    }
-    values: dict[str, dict[str, dict[str, float]]] = {}
-    for (name, learner, file), played in runner.run(jobs, "Headline policies").items():
-        values.setdefault(name, {}).setdefault(learner, {})[file] = float(played["objective"].mean())
+    files_of = {name: candidates(name) for name in names}
+    jobs = {}
+    for name, by_learner in files_of.items():
+        task = tasks[name]
+        for file in chain.from_iterable(by_learner.values()):
+            jobs[name, file] = play_jobs((BOARD / file).read_bytes(), task.scenario, task.spec.name, flocks)
+    played = runner.run(jobs, "Headline policies")
+    reached = {key: float(found["objective"].mean()) for key, found in played.items()}
     chosen = {}
-    for name, by_learner in values.items():
-        best = max(by_learner.values(), key=lambda files: sum(files.values()) / len(files))
-        chosen[name] = max(best, key=lambda file: best[file])
+    for name, by_learner in files_of.items():
+        means = {file: reached[name, file] for file in chain.from_iterable(by_learner.values())}
+        best = max(by_learner.values(), key=lambda files: sum(means[file] for file in files) / len(files))
+        chosen[name] = max(best, key=means.__getitem__)
     write_text(output / HEADLINES, document(chosen))
     return load(output)
 

@@ -1,12 +1,10 @@
 """Where learning loses: headline policies in other starts, presets and sizes than those of their training."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from itertools import product
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import polars as pl
 from scipy.optimize import brentq
@@ -14,10 +12,11 @@ from scipy.optimize import brentq
 from flockesc_env import FlockScenario, InputError
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, mean
-from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
+from flockesc_env.policies.rollout import flock_batch
+from flockesc_env.policies.setup import setup
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, approach
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, play_jobs, share_of, values_by
@@ -26,37 +25,27 @@ from studies.robustness.plan import NEIGHBORS, attacked_presets, grid_of
 STARTS_FILE: Final = "starts.parquet"
 TRANSFER_FILE: Final = "transfer.parquet"
 
-FLOCKS: Final = 50
-"""Held-out flocks of a scenario; a start has twice as many."""
-
-POLARIZATIONS: Final = (0.47, 0.85, 0.96, 0.99)
-"""Expected initial polarization of an infinite flock."""
+FLOCKS: Final = 50  # held-out flocks of a scenario; a start has twice as many
+POLARIZATIONS: Final = (0.47, 0.85, 0.96, 0.99)  # expected initial polarization of an infinite flock
 
 ATTACKS: Final = {"across": (1.0, -1.0), "toward": (-1.0, -1.0)}
 """Mean initial heading, by how it lies to the predator's path, which is the diagonal (1, 1)."""
 
-SIZES: Final = (100, 1_000, 10_000)
-"""Numbers of agents of the paper's flock in which policies are tried."""
+SIZES: Final = (100, 1_000, 10_000)  # numbers of agents of the paper's flock in which policies are tried
 
-_SLOW_SHARE, _LARGE_SHARE = 0.2, 0.06
-"""Share of the flocks for agents that count neighbors, and for more than 1,000 agents."""
+_SLOW_SHARE, _LARGE_SHARE = 0.2, 0.06  # of the flocks if agents count neighbors, and for over 1,000 agents
 
 
 def starts() -> dict[str, FlockScenario]:
     """Return other starts of the paper's flock: polarization, direction of attack, speed and density."""
+    found = {"random headings": FlockScenario()}
+    for polarization, (attack, direction) in product(POLARIZATIONS, ATTACKS.items()):
+        headings = AlignedHeadings(direction, max_angle(polarization))
+        found[f"polarization {polarization:g}, {attack}"] = FlockScenario(initial_headings=headings)
     faster = ConstantVelocity(*approach(speed=20 * math.sqrt(2)))
-    return {
-        "random headings": FlockScenario(),
-        **{
-            f"polarization {polarization:g}, {attack}": FlockScenario(
-                initial_headings=AlignedHeadings(direction, max_angle(polarization))
-            )
-            for polarization in POLARIZATIONS
-            for attack, direction in ATTACKS.items()
-        },
-        "predator twice as fast": FlockScenario(predators=(faster,)),
-        "half the side": FlockScenario(initial_side=50.0),
-    }
+    found["predator twice as fast"] = FlockScenario(predators=(faster,))
+    found["half the side"] = FlockScenario(initial_side=50.0)
+    return found
 
 
 def max_angle(polarization: float) -> float:
@@ -74,10 +63,8 @@ def scenarios() -> dict[str, FlockScenario]:
 
 def can_run(headline: Headline, scenario: FlockScenario) -> bool:
     """Return whether a policy can run in a scenario: it can show all that the policy observes."""
-    entry = headline.entry
     try:
-        options = scenario.env_options(entry.all_options(scenario))
-        FlockBatch(scenario, options, per_agent=bool(entry.per_agent))
+        flock_batch(setup(headline.entry, scenario), num_flocks=1)
     except InputError:
         return False
     return True
@@ -110,39 +97,62 @@ def play(
     Agents that count neighbors have the grid of the robustness study. Slow scenarios have fewer flocks.
     """
     jobs: dict[tuple[str, str], list[Job]] = {}
-    plans: dict[str, tuple[tuple[float, ...], range]] = {}
+    plans = {name: _plan(scenario, num_flocks, scale) for name, scenario in tried.items()}
     for name, scenario in tried.items():
-        is_counted = grid_of(scenario) is NEIGHBORS
-        share = _LARGE_SHARE if scenario.num_agents > SIZES[1] else _SLOW_SHARE if is_counted else 1.0
-        count, actions = (
-            round(num_flocks * share),
-            NEIGHBORS.actions if is_counted else FlockScenario.search_ranges,
-        )
-        flocks = share_of(HELD_OUT, count, scale)
-        plans[name] = actions, flocks
-        jobs["tuning", name] = seed_jobs(OUTCOMES, scenario, actions, share_of(TUNING, 2 * count, scale))
-        jobs["held out", name] = seed_jobs(OUTCOMES, scenario, actions, flocks)
+        plan = plans[name]
+        jobs["tuning", name] = seed_jobs(OUTCOMES, scenario, plan.grid, plan.tuning)
+        jobs["held out", name] = seed_jobs(OUTCOMES, scenario, plan.grid, plan.held_out)
         for one in headlines:
             if can_run(one, scenario):
-                jobs[one.task.name, name] = play_jobs(one.content, scenario, one.task.spec.name, flocks)
+                key = one.task.name, name
+                jobs[key] = play_jobs(one.content, scenario, one.task.spec.name, plan.held_out)
     found, tables = runner.run(jobs, "Other scenarios"), []
     for one, name in product(headlines, tried):
         if (one.task.name, name) in found:
-            (actions, flocks), column = plans[name], one.task.spec.name
-            best = int(found["tuning", name][column].mean(axis=1).argmax())
-            labels = {"task": one.task.name, "scenario": name, "interaction_range": actions[best]}
-            values = {**found[one.task.name, name], "fixed": found["held out", name][column][best]}
-            tables.append(pl.DataFrame({**labels, "seed": flocks, **values}))
+            objective = one.task.spec.name
+            best = int(found["tuning", name][objective].mean(axis=1).argmax())
+            labels = {"task": one.task.name, "scenario": name, "interaction_range": plans[name].grid[best]}
+            values = {**found[one.task.name, name], "fixed": found["held out", name][objective][best]}
+            tables.append(pl.DataFrame({**labels, "seed": plans[name].held_out, **values}))
     return pl.concat(tables)
 
 
-def gains(file: Path) -> dict[tuple[str, str], tuple[Estimate, float]]:
-    """Return the paired gain over the best fixed range, and that range, by task and scenario."""
-    table = pl.read_parquet(file).with_columns(gain=pl.col("objective") - pl.col("fixed"))
-    gain, best = (
-        values_by(table, "task", "scenario", column=column) for column in ("gain", "interaction_range")
+class _Plan(NamedTuple):
+    """Fixed ranges that are tried in a scenario, flocks that choose one, and flocks that play."""
+
+    grid: tuple[float, ...]
+    tuning: range
+    held_out: range
+
+
+def _plan(scenario: FlockScenario, num_flocks: int, scale: float) -> _Plan:
+    counts_neighbors = grid_of(scenario) is NEIGHBORS
+    share = 1.0
+    if scenario.num_agents > SIZES[1]:
+        share = _LARGE_SHARE
+    elif counts_neighbors:
+        share = _SLOW_SHARE
+    count = round(num_flocks * share)
+    return _Plan(
+        grid=NEIGHBORS.actions if counts_neighbors else FlockScenario.search_ranges,
+        tuning=share_of(TUNING, 2 * count, scale),
+        held_out=share_of(HELD_OUT, count, scale),
     )
-    return {key: (mean(values), float(best[key][0])) for key, values in gain.items()}
+
+
+class Gain(NamedTuple):
+    """A paired gain over the best fixed range of a scenario, and that range."""
+
+    over_fixed: Estimate
+    best_fixed_range: float
+
+
+def gains(file: Path) -> dict[tuple[str, str], Gain]:
+    """Return the gain of a headline policy by task and scenario."""
+    table = pl.read_parquet(file).with_columns(gain=pl.col("objective") - pl.col("fixed"))
+    gain = values_by(table, "task", "scenario", column="gain")
+    best = values_by(table, "task", "scenario", column="interaction_range")
+    return {key: Gain(mean(gain[key]), float(best[key][0])) for key in gain}
 
 
 def unit_of(scenario: str) -> str:

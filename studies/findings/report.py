@@ -1,14 +1,12 @@
 """The study of learned ranges: its measurements, its figures and its report."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, Self
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -18,7 +16,7 @@ from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 from flockesc_env.episodes import splits
 from flockesc_env.taskset import Task
 from flockesc_env.taskset.statistics import difference
-from studies.findings import controls, headlines, listening, losses, one_agent
+from studies.findings import controls, headlines, listening, loads, losses
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, sign
 from studies.scoreboard.board import ANY_RATE, load_board
@@ -28,12 +26,9 @@ from studies.study import Study, template
 FIGURES: Final = "figures"
 OUTCOMES: Final = ("loss", "tie", "win")
 
-RULE, SEARCHED, NETWORK, REINFORCEMENT = KINDS = (
-    "untrained rule",
-    "searched rule",
-    "network",
-    "reinforcement learning",
-)
+RULE, SEARCHED, NETWORK = "untrained rule", "searched rule", "network"
+REINFORCEMENT: Final = "reinforcement learning"
+KINDS: Final = (RULE, SEARCHED, NETWORK, REINFORCEMENT)
 
 
 @dataclass(frozen=True)
@@ -47,7 +42,7 @@ class Row:
     def learned(self) -> Entry:
         """The better one of network and reinforcement learning."""
         found = [self.best[kind] for kind in (NETWORK, REINFORCEMENT) if kind in self.best]
-        return max(found, key=lambda entry: entry.row.score.mean)
+        return max(found, key=lambda entry: entry.score.mean)
 
     @property
     def gain(self) -> Estimate:
@@ -80,7 +75,7 @@ def rows_of(entries: dict[str, list[Entry]]) -> list[Row]:
             best.setdefault(kind_of(entry), entry)
         found.append(Row(tasks[name], best))
     # Differences of scores compare tasks.
-    return sorted(found, key=lambda row: row.learned.row.score.mean - row.best[RULE].row.score.mean)
+    return sorted(found, key=lambda row: row.learned.score.mean - row.best[RULE].score.mean)
 
 
 def tasks_table(rows: Sequence[Row]) -> str:
@@ -113,7 +108,7 @@ class Findings:
     entries: dict[str, list[Entry]]
 
     @classmethod
-    def load(cls, output: Path) -> Findings:
+    def load(cls, output: Path) -> Self:
         """Read the results."""
         return cls(output, headlines.load(output), entries_of(load_board()))
 
@@ -128,29 +123,30 @@ def measure(runner: Runner, output: Path, scale: float) -> None:
     chosen = headlines.measure(headlines.EXPLAINED, scale, runner, output)
     controls.measure_hidden(chosen, scale, runner, output)
     listening.measure(chosen, scale, runner, output)
-    one_agent.measure(chosen, runner, output)
     controls.measure_blocked(chosen, scale, runner, output)
     losses.measure(chosen, scale, runner, output)
+    rows = rows_of(entries_of(load_board()))
+    loads.measure([row.learned for row in rows if row.task.name in loads.TASKS], scale, runner, output)
 
 
 def figures(results: Findings) -> dict[str, Figure]:
     """Draw the figures of the measurements that have a file."""
     drawn = {
-        name: listening.figure(results.output / f"{name}.npz", by_place=name == "per-agent-visible")
+        name: listening.ranges_figure(results.output / f"{name}.npz", by_place=name == "per-agent-visible")
         for name in listening.WATCHED
     }
-    drawn["one_agent"] = one_agent.figure(results.output / one_agent.FILE)
+    drawn["one_agent"] = listening.one_agent_figure(results.output / listening.ONE_AGENT)
     return {f"{FIGURES}/{name}": figure for name, figure in drawn.items()}
 
 
 def report(results: Findings) -> str:
     """Return the report as Markdown."""
-    starts, transfer = (
-        losses.gains(results.output / file) for file in (losses.STARTS_FILE, losses.TRANSFER_FILE)
-    )
+    starts = losses.gains(results.output / losses.STARTS_FILE)
+    transfer = losses.gains(results.output / losses.TRANSFER_FILE)
     every, by_task = {**starts, **transfer}, {one.task.name: one for one in results.headlines}
-    lost = sorted((gain.mean, key) for key, (gain, _) in every.items() if outcome(gain) == "loss")
-    rows = rows_of(results.entries)
+    lost = [key for key, gain in every.items() if outcome(gain.over_fixed) == "loss"]
+    lost.sort(key=lambda key: (every[key].over_fixed.mean, key))
+    rows, loaded = rows_of(results.entries), loads.loads(results.output)
     return template("findings/templates/findings.md").render(
         rows=rows,
         outcomes={kind: [row.task.name for row in rows if outcome(row.gain) == kind] for kind in OUTCOMES},
@@ -161,8 +157,8 @@ def report(results: Findings) -> str:
         tuning_flocks=headlines.TUNING_FLOCKS,
         starts=starts,
         every=every,
-        lost=[key for _, key in lost],
-        longer=sum(every[key][1] > by_task[key[0]].max_range for _, key in lost),
+        lost=lost,
+        longer=sum(every[task, name].best_fixed_range > by_task[task].max_range for task, name in lost),
         counts=_counts(transfer),
         values=values,
         random_polarization=math.sqrt(math.pi / (4 * FlockScenario().num_agents)),
@@ -171,24 +167,25 @@ def report(results: Findings) -> str:
         any_rate=json.loads(ANY_RATE.read_text("utf-8"))["per-agent-visible-derived"],
         controls=controls,
         listening=listening,
+        loads=loads,
+        loaded=loaded,
+        loaded_outcomes={
+            k: [name for name, row in loaded.items() if outcome(row.over_rule) == k] for k in OUTCOMES
+        },
         losses=losses,
-        one_agent=one_agent,
     )
 
 
-def _counts(found: Mapping[tuple[str, str], tuple[Estimate, float]]) -> list[dict[str, Any]]:
+def _counts(found: Mapping[tuple[str, str], losses.Gain]) -> list[dict[str, Any]]:
     """Return the numbers of losses, ties and wins by task, most losses first, and where it cannot run."""
-    tried, counts = dict.fromkeys(name for _, name in found), []
+    scenarios = dict.fromkeys(scenario for _, scenario in found)
+    rows = []
     for task in dict.fromkeys(task for task, _ in found):
-        kinds = Counter(outcome(gain) for (own, _), (gain, _) in found.items() if own == task)
-        missing = ", ".join(name for name in tried if (task, name) not in found)
-        counts.append({"task": task, "missing": missing, **{kind: kinds[kind] for kind in OUTCOMES}})
-    return sorted(counts, key=lambda row: -row["loss"])
+        own = {scenario: found[task, scenario] for scenario in scenarios if (task, scenario) in found}
+        outcomes = Counter(outcome(gain.over_fixed) for gain in own.values())
+        missing = ", ".join(scenario for scenario in scenarios if scenario not in own)
+        rows.append({"task": task, "missing": missing, **{kind: outcomes[kind] for kind in OUTCOMES}})
+    return sorted(rows, key=lambda row: -row["loss"])
 
 
-FINDINGS: Final = Study(
-    measure=measure,
-    load=Findings.load,
-    figures=figures,
-    report=report,
-)
+FINDINGS: Final = Study(measure=measure, load=Findings.load, figures=figures, report=report)

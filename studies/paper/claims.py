@@ -1,7 +1,5 @@
 """Claims of the paper, their measurements, and the rule for the verdicts."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -23,8 +21,7 @@ class Verdict(StrEnum):
     FAILS = "does not hold"
 
 
-MOST = 0.95
-"""A claim holds if it is true in at least this share of the realizations."""
+MOST = 0.95  # a claim holds if it is true in at least this share of the realizations
 
 
 @dataclass(frozen=True)
@@ -107,29 +104,42 @@ class Claim:
     is_reading: bool = False
 
 
+@dataclass(frozen=True)
+class Expectation:
+    """Whether a claim is true of the mean over realizations, and whether the sample is enough to tell."""
+
+    is_so: bool
+    is_clear: bool = True
+
+
+def between(value: Estimate, low: float, high: float) -> Expectation:
+    """Return whether a mean lies between two bounds, which is clear if its interval contains neither."""
+    is_clear = not any(value.low < bound < value.high for bound in (low, high))
+    return Expectation(low <= value.mean <= high, is_clear)
+
+
+def above_zero(value: Estimate) -> Expectation:
+    """Return whether a mean lies above 0, which is clear if its interval does not contain 0."""
+    return Expectation(value.mean > 0, not value.low < 0 < value.high)
+
+
 def claim(
     where: str,
     says: str,
     holds_if: str,
     is_so: Bools,
     *measured: Quantity | str,
-    in_expectation: bool | np.bool | None = None,
-    between: tuple[Estimate, float, float] | None = None,
-    mean_is_clear: bool = True,
+    in_expectation: Expectation | bool | np.bool | None = None,
     trials: int | None = None,
     is_reading: bool = False,
 ) -> Claim:
     """Return a claim from whether it is true of every realization, and of the mean; None: of all of them.
 
-    A string in ``measured`` is the label of the share of realizations for which the claim holds. With
-    ``between`` it is true of the mean if an estimate lies between two bounds, which is clear if its interval
-    contains neither of them.
+    A string in ``measured`` is the label of the share of realizations for which the claim holds. ``trials``
+    defaults to the number of realizations.
     """
     quantities = tuple(share(each, is_so) if isinstance(each, str) else each for each in measured)
-    if between is not None:
-        estimate, low, high = between
-        in_expectation = low <= estimate.mean <= high
-        mean_is_clear = not any(estimate.low < bound < estimate.high for bound in (low, high))
-    expected = bool(is_so.all() if in_expectation is None else in_expectation)
-    judgment = judge(is_so, in_expectation=expected, mean_is_clear=mean_is_clear)
+    if not isinstance(in_expectation, Expectation):
+        in_expectation = Expectation(bool(is_so.all() if in_expectation is None else in_expectation))
+    judgment = judge(is_so, in_expectation=in_expectation.is_so, mean_is_clear=in_expectation.is_clear)
     return Claim(where, says, quantities, trials or len(is_so), holds_if, judgment, is_reading)

@@ -1,6 +1,4 @@
-"""The figures of the paper by number, their measurements, and the single realizations that they show."""
-
-from __future__ import annotations
+"""The figures of the paper by number, those of the line, and the single realizations that they show."""
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -10,14 +8,114 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flockesc_env.common.errors import InputError
+from flockesc_env.common.stats import CONFIDENCE, FloatArray, mean_with_interval
 from flockesc_env.jobs import Arrays, Backend, Cache
+from flockesc_env.models.simulate import simulate_line
+from flockesc_env.render.palette import LIGHT
+from flockesc_env.scenario.line import EscapeForce
 from studies.measurements import Runner
-from studies.paper import flock_figures, line_figures, mechanism_figures, plan
+from studies.paper import flock_figures, plan
 from studies.paper.flock_claims import PRINTED_BEST, PRINTED_COMPONENTS, dominates
 from studies.paper.line_claims import PRINTED_CLUSTERS, clusters
-from training.figure_style import save_figure
+from studies.paper.plan import FORCES, LINE, LINE_GRID
+from studies.style import caption, cluster_colors, letter, subplots
+from training.figure_style import BAND, save_figure
 
 Measured = Mapping[str, Arrays]
+
+_FORCES: dict[EscapeForce, tuple[str, str, tuple[float, float]]] = {
+    "constant": ("Eq. 8 (constant)", LIGHT.others[1], (0.01, 1.8)),
+    "linear": ("Eq. 9 as simulated (linear)", LIGHT.fixed, (0.102, -0.04)),
+    "linear_as_printed": ("Eq. 9 as printed", LIGHT.others[2], (0.125, 0.31)),
+}
+"""Name, color, and place of the name in Figure 2: beside the line, the last two in the inset."""
+
+_SHOWN_STEPS = 14
+_GRID = np.array(LINE_GRID)
+
+
+def escape_forces() -> Figure:
+    """Figure 2: what one step adds to a lone agent, against its offset from the predator."""
+    figure, axes = subplots(3.8)
+    inset = axes.inset_axes((0.53, 0.07, 0.45, 0.36))
+    assert LINE.predator_position is not None  # noqa: S101, the paper's line has one
+    offsets = np.linspace(-0.4, 0.4, 801)
+    for force, (name, color, place) in _FORCES.items():
+        scenario = LINE.replace(num_agents=len(offsets), escape_force=force, max_steps=1)
+        start = LINE.predator_position + offsets
+        moved = simulate_line(scenario, 0.0, initial_state=start).states[-1] - start
+        is_jump = np.abs(np.diff(moved)) > 0.05
+        drawn = np.where(np.append(is_jump, [False]), np.nan, moved)
+        for panel in (axes, inset):
+            panel.plot(offsets, drawn, color=color, lw=1.8)
+        (axes if force == "constant" else inset).text(*place, name, color=color)
+    axes.axhline(0, color=LIGHT.ink, lw=0.6)
+    strength, reach = LINE.repulsion_strength, LINE.predator_range
+    for panel in (axes, inset):
+        panel.axvspan(-reach, reach, color=LIGHT.predator, alpha=0.1, lw=0)
+    inset.set(xlim=(0.1, 0.22), ylim=(-0.1, 0.5))
+    axes.indicate_inset_zoom(inset, edgecolor=LIGHT.muted)
+    axes.set(xlabel="offset from the predator, x - x_p", ylabel="escape force")
+    axes.margins(x=0)
+    axes.set_title(f"Escape forces, s = {strength:g}; shaded: predator range {reach:g}")
+    return figure
+
+
+def lines_over_time(seed: int, *, is_attacked: bool) -> Figure:
+    """Figures 3 and 4: one line under four ranges, without and with the predator."""
+    scenario = LINE if is_attacked else plan.FREE_LINE
+    place, reach = scenario.predator_position, scenario.predator_range
+    figure, panels = subplots(5.6, 2, 2, sharex=True, sharey=True)
+    for index, (axes, rho) in enumerate(zip(panels.flat, plan.SHOWN_RANGES, strict=True)):
+        run = simulate_line(scenario, rho, seed=seed)
+        steps = np.minimum(np.arange(_SHOWN_STEPS + 1), run.steps)
+        colors = cluster_colors(run.states[-1], rho)
+        for states, color in zip(run.states[steps].T, colors, strict=True):
+            axes.plot(states, color=color, lw=0.7)
+        axes.margins(x=0)
+        number = int(run.num_components[-1])
+        title = f"range {rho:g}: {number} cluster{'' if number == 1 else 's'}"
+        if place is not None:
+            axes.axhspan(place - reach, place + reach, color=LIGHT.predator, alpha=0.1, lw=0)
+            axes.plot(0, place, "o", color=LIGHT.predator, clip_on=False, zorder=3)
+            title += f", d_ss = {run.escape_distance[-1]:.2f}"
+        letter(axes, index, title)
+    for axes in panels[-1]:
+        axes.set_xlabel("time (steps)")
+    for axes in panels[:, 0]:
+        axes.set_ylabel("state x")
+    kind = "under attack (vermilion: predator and its range)" if is_attacked else "without predator"
+    caption(figure, f"Line of seed {seed} {kind}; color: cluster")
+    return figure
+
+
+def distance_against_range(measured: Measured) -> Figure:
+    """Figure 5: mean steady-state distance and mean number of clusters against the range, by escape force."""
+    figure, panels = subplots(5.2, 2, len(FORCES), sharex=True, squeeze=False)
+    for column, force in enumerate(FORCES):
+        grid = measured[f"grid {force}"]
+        above, below = panels[:, column]
+        center, low, high = mean_with_interval(grid["escape_distance"], CONFIDENCE)
+        above.fill_between(_GRID, low, high, color=BAND, lw=0)
+        best = int(np.argmax(center))
+        number: FloatArray = grid["num_components"].mean(axis=1)
+        below.set_yscale("log")
+        for axes, values, printed in ((above, center, 0.3), (below, number, 2.65)):
+            axes.plot(_GRID, values, color=LIGHT.fixed, lw=1)
+            axes.plot(_GRID[plan.COARSE], values[plan.COARSE], "o", color=LIGHT.fixed, ms=4)
+            axes.plot(0.1, printed, "x", color=LIGHT.accent, ms=8, mew=2)
+        above.plot(_GRID[best], center[best], "v", color=LIGHT.learned, ms=8)
+        at = (_GRID[best], center[best])
+        above.annotate(f"{at[0]:.2f}", at, (6, 6), textcoords="offset points", color=LIGHT.learned)
+        above.margins(y=0.15)
+        letter(above, column, _FORCES[force][0])
+        below.set_xlabel("interaction range")
+    panels[0, 0].set_ylabel("mean distance d_ss")
+    panels[1, 0].set_ylabel("mean number of clusters")
+    lines = grid["escape_distance"].shape[1]
+    text = f"{lines:,} lines a point, 95 % band; dots: the paper's grid, triangle: maximum, cross: the paper"
+    caption(figure, text, size=9.5)
+    return figure
 
 
 def line_seed(measured: Measured) -> int:
@@ -46,31 +144,21 @@ def flock_seed(measured: Measured) -> int:
 
 
 _FLOCKS = ("curves", "grid flock")
-_OFFSETS = {offset: f"aimed {offset:g}" for offset in plan.OFFSETS}
-_FORCES = {force: f"grid {force}" for force in plan.FORCES}
-_STRENGTHS = tuple(
-    name(plan.PAPER, strength) for name in (plan.control, plan.captures) for strength in plan.STRENGTHS
-)
+_CONTROLS = [name(plan.PAPER, force) for name in (plan.control, plan.captures) for force in plan.STRENGTHS]
 
 FIGURES: Final[dict[str, tuple[Iterable[str], Callable[[Measured], Figure]]]] = {
-    "2": ((), lambda _: line_figures.escape_forces()),
-    "3": (("free line",), lambda m: line_figures.lines_over_time(line_seed(m), is_attacked=False)),
-    "4": (("free line",), lambda m: line_figures.lines_over_time(line_seed(m), is_attacked=True)),
-    "5": (
-        _FORCES.values(),
-        lambda m: line_figures.distance_against_range({force: m[name] for force, name in _FORCES.items()}),
-    ),
+    "2": ((), lambda _: escape_forces()),
+    "3": (("free line",), lambda m: lines_over_time(line_seed(m), is_attacked=False)),
+    "4": (("free line",), lambda m: lines_over_time(line_seed(m), is_attacked=True)),
+    "5": ([f"grid {force}" for force in FORCES], distance_against_range),
     "6": (_FLOCKS, lambda m: flock_figures.snapshots(flock_seed(m), 100.0)),
     "7": (_FLOCKS, lambda m: flock_figures.snapshots(flock_seed(m), 10.0)),
     "8": (_FLOCKS, lambda m: flock_figures.snapshots(flock_seed(m), 0.0)),
     "9": (_FLOCKS, lambda m: flock_figures.distances("min_mean_distance", m, flock_seed(m))),
     "10": (_FLOCKS, lambda m: flock_figures.distances("min_min_distance", m, flock_seed(m))),
-    "edge": (
-        _OFFSETS.values(),
-        lambda m: flock_figures.aimed_beside({offset: m[name] for offset, name in _OFFSETS.items()}),
-    ),
-    "force": (_STRENGTHS, mechanism_figures.by_force),
-    "anatomy": (plan.ANATOMIES, mechanism_figures.anatomy),
+    "edge": ([f"aimed {offset:g}" for offset in plan.OFFSETS], flock_figures.aimed_beside),
+    "force": (_CONTROLS, flock_figures.by_force),
+    "anatomy": (plan.ANATOMIES, flock_figures.anatomy),
 }
 """Measurements that a figure needs and how it is drawn, by the number in the paper. ``"edge"`` is the attack
 beside the center, ``"force"`` and ``"anatomy"`` are controls of the paper's explanation."""
@@ -85,10 +173,7 @@ def draw_figures(output: Path, measured: Measured, names: Iterable[str] = FIGURE
 def measure_and_draw(
     output: Path, names: Iterable[str], trials: plan.Trials, backend: Backend, *, progress: bool = False
 ) -> list[Path]:
-    """Write some figures and return the PNG files; run only the measurements that they need.
-
-    The cache is that of the whole study.
-    """
+    """Write some figures after the measurements that they need, in the study's cache; return PNG files."""
     for name in names:
         if name not in FIGURES:
             raise InputError("figures", f"some of {', '.join(FIGURES)}", repr(name))

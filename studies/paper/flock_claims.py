@@ -1,7 +1,5 @@
 """The paper's claims about the flock (Sections V and VI), measured."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,24 +9,16 @@ from flockesc_env.common import stats
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays
 from flockesc_env.scenario.objectives import ObjectiveSpec
-from studies.paper.claims import Claim, Quantity, claim, exactly, mean, quantiles, share
+from studies.paper.claims import Claim, Quantity, between, claim, exactly, mean, quantiles, share
 from studies.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, OFFSETS, PAPER_OBJECTIVES, SHOWN_FLOCK_RANGES
 
 PRINTED_COMPONENTS = 12
-FEW_COMPONENTS = 2 * PRINTED_COMPONENTS
-"""The largest number that counts as a handful of components, or as the paper's 12."""
-
+FEW_COMPONENTS = 2 * PRINTED_COMPONENTS  # the largest number that counts as a handful, or as the paper's 12
 PRINTED_BEST = 10.0
-SHORT = (10.0, 30.0)
-"""The ranges in m that the paper recommends for the minimum distance."""
+SHORT = (10.0, 30.0)  # the ranges in m that the paper recommends for the minimum distance
+VISIBLE = 0.5  # the smallest difference in m that Figure 9a shows
 
-VISIBLE = 0.5
-"""The smallest difference in m that Figure 9a shows."""
-
-EDGE = 50.0
-"""Smallest offset in m at which the predator's path crosses the flock's edge: half of the flock's side."""
-
-_NONE, _SHORT, _FULL = range(3)  # in SHOWN_FLOCK_RANGES
+EDGE = 50.0  # smallest offset in m at which the predator crosses the flock's edge: half of its side
 _GRID, _AIMED = np.array(FLOCK_GRID), np.array(AIMED_GRID)
 
 
@@ -66,22 +56,32 @@ def by_range(grid: Arrays) -> tuple[RangeRow, ...]:
 
 
 def dominates(distance: FloatArray, tolerance: float = 0.0) -> NDArray[np.bool]:
-    """Return where the curve of rho = 10 lies above both others, shape (.., times)."""
-    others = np.maximum(distance[_NONE], distance[_FULL])
-    above: NDArray[np.bool] = distance[_SHORT] >= others - tolerance
+    """Return where the curve of rho = 10 lies above both others, shape (.., times).
+
+    ``distance`` has a first axis over ``SHOWN_FLOCK_RANGES``.
+    """
+    at_0, at_10, at_100 = distance
+    above: NDArray[np.bool] = at_10 >= np.maximum(at_0, at_100) - tolerance
     return above
+
+
+def gain_of_100(values: FloatArray) -> FloatArray:
+    """Return an objective under 100 m minus that under 10 m from values by ``AIMED_GRID`` and flock."""
+    gain: FloatArray = values[AIMED_GRID.index(100.0)] - values[AIMED_GRID.index(PRINTED_BEST)]
+    return gain
 
 
 def _connectivity(components: NDArray[np.int64], literal: NDArray[np.int64]) -> list[Claim]:
     """Return the rows about components by range, flock and time, and at the end under the printed law."""
-    at_end = components[_SHORT, :, -1].astype(float)
+    at_0, at_10, at_100 = components  # shape (flocks, times)
+    at_end = at_10[:, -1].astype(float)
     average = stats.mean(at_end)
     return [
         claim(
             "V, Fig. 6",
             "rho = 100 m: the flock stays connected at all times.",
             "one component at every t > 0",
-            np.all(components[_FULL] == 1, axis=-1),
+            np.all(at_100 == 1, axis=-1),
             "flocks with one component at all times",
         ),
         claim(
@@ -92,7 +92,7 @@ def _connectivity(components: NDArray[np.int64], literal: NDArray[np.int64]) -> 
             Quantity("mean number at t = 12 s", average),
             quantiles("median, and range of 95 % of the flocks", at_end, digits=0),
             f"flocks with exactly {PRINTED_COMPONENTS}",
-            between=(average, PRINTED_COMPONENTS - 0.5, PRINTED_COMPONENTS + 0.5),
+            in_expectation=between(average, PRINTED_COMPONENTS - 0.5, PRINTED_COMPONENTS + 0.5),
         ),
         claim(
             "V, Eq. 11",
@@ -108,7 +108,7 @@ def _connectivity(components: NDArray[np.int64], literal: NDArray[np.int64]) -> 
             "V, Fig. 8",
             "rho = 0: no connectivity at all.",
             "300 components at every t > 0",
-            np.all(components[_NONE] == FLOCK.num_agents, axis=-1),
+            np.all(at_0 == FLOCK.num_agents, axis=-1),
             "flocks with 300 components at all times",
         ),
     ]
@@ -116,11 +116,12 @@ def _connectivity(components: NDArray[np.int64], literal: NDArray[np.int64]) -> 
 
 def _mean_distance(distance: FloatArray, values: FloatArray) -> list[Claim]:
     """Return the rows about distances by range, flock and time, and J_mean by range of the grid and flock."""
-    average = distance.mean(axis=1)
-    none, short, full = (values[FLOCK_GRID.index(rho)] for rho in SHOWN_FLOCK_RANGES)
-    own, best = _GRID[np.argmax(values, axis=0)], stats.argmax(_GRID, values)
-    behind = np.max(np.maximum(average[_NONE], average[_FULL]) - average[_SHORT])
-    reached = np.argmin(distance, axis=-1) < FLOCK.num_steps
+    average = distance.mean(axis=1)  # shape (ranges, times)
+    shortfall = np.max(np.maximum(average[0], average[2]) - average[1])
+    at_0, at_10, at_100 = (values[FLOCK_GRID.index(rho)] for rho in SHOWN_FLOCK_RANGES)
+    best, best_of_flock = stats.argmax(_GRID, values), _GRID[np.argmax(values, axis=0)]
+    is_reached = np.argmin(distance, axis=-1) < FLOCK.num_steps
+    is_nearly_above = np.all(dominates(distance, VISIBLE), axis=-1)
     return [
         claim(
             "V, Fig. 9a",
@@ -128,41 +129,39 @@ def _mean_distance(distance: FloatArray, values: FloatArray) -> list[Claim]:
             "the curve of 10 m is at or above both others at all t; so is the mean curve",
             np.all(dominates(distance), axis=-1),
             "flocks in which it does at all t",
-            share(
-                f"the same with a tolerance of {VISIBLE:g} m", np.all(dominates(distance, VISIBLE), axis=-1)
-            ),
+            share(f"the same with a tolerance of {VISIBLE:g} m", is_nearly_above),
             exactly("times at which the mean curves do", dominates(average).mean(), "%", 1),
-            exactly("largest shortfall of the mean curve", behind, "m", 3),
+            exactly("largest shortfall of the mean curve", shortfall, "m", 3),
             in_expectation=dominates(average).all(),
         ),
         claim(
             "V, Fig. 9",
             "J_mean under rho = 10 m is larger than under 0 and 100 m.",
             "J_mean is the largest of the three under 10 m; so is its mean",
-            short > np.maximum(none, full),
+            at_10 > np.maximum(at_0, at_100),
             "flocks in which it is",
-            mean("J_mean(10) - J_mean(0), paired", short - none, "m"),
-            mean("J_mean(10) - J_mean(100), paired", short - full, "m"),
-            in_expectation=short.mean() > max(none.mean(), full.mean()),
+            mean("J_mean(10) - J_mean(0), paired", at_10 - at_0, "m"),
+            mean("J_mean(10) - J_mean(100), paired", at_10 - at_100, "m"),
+            in_expectation=at_10.mean() > max(at_0.mean(), at_100.mean()),
         ),
         claim(
             "V, Fig. 9b",
             "rho* = 10 m (J_mean; grid of 1 m up to 100 m).",
             "a flock's best range is within 2.5 m of 10 m; so is the best range in expectation",
-            np.abs(own - PRINTED_BEST) <= 2.5,
+            np.abs(best_of_flock - PRINTED_BEST) <= 2.5,
             Quantity("best range in expectation", best, "m", 0),
-            quantiles("best range of a single flock: median, and range of 95 %", own, "m", 0),
+            quantiles("best range of a single flock: median, and range of 95 %", best_of_flock, "m", 0),
             "flocks whose best range is within 2.5 m of 10 m",
-            between=(best, PRINTED_BEST - 2.5, PRINTED_BEST + 2.5),
+            in_expectation=between(best, PRINTED_BEST - 2.5, PRINTED_BEST + 2.5),
         ),
         claim(
             "V, Eq. 12",
             "The 12 s that are simulated contain the minimum over all t >= 0.",
             "the minimum is reached before 12 s under 0, 10 and 100 m; so is that of the mean curves",
-            np.all(reached, axis=0),
+            np.all(is_reached, axis=0),
             *(
                 share(f"flocks with the minimum before 12 s, rho = {rho:g} m", row)
-                for rho, row in zip(SHOWN_FLOCK_RANGES, reached, strict=True)
+                for rho, row in zip(SHOWN_FLOCK_RANGES, is_reached, strict=True)
             ),
             in_expectation=(np.argmin(average, axis=-1) < FLOCK.num_steps).all(),
             is_reading=True,
@@ -171,48 +170,49 @@ def _mean_distance(distance: FloatArray, values: FloatArray) -> list[Claim]:
 
 
 def _minimum_distance(values: FloatArray) -> list[Claim]:
-    best, own = stats.argmax(_GRID, values), _GRID[np.argmax(values, axis=0)]
+    best, best_of_flock = stats.argmax(_GRID, values), _GRID[np.argmax(values, axis=0)]
+    at_0, at_100 = values[0], values[-1]
     first, last = map(FLOCK_GRID.index, SHORT)
-    middle = values[first : last + 1].mean(axis=0)
-    none, full = values[0], values[-1]
+    at_10_to_30 = values[first : last + 1].mean(axis=0)
     return [
         claim(
             "V, Fig. 10b",
             "The best range for the minimum distance lies between 10 and 30 m.",
             "a flock's best range (J_min) is in 10 to 30 m; so is the best range in expectation",
-            (own >= SHORT[0]) & (own <= SHORT[1]),
+            (best_of_flock >= SHORT[0]) & (best_of_flock <= SHORT[1]),
             Quantity("best range in expectation", best, "m", 0),
-            quantiles("best range of a single flock: median, and range of 95 %", own, "m", 0),
+            quantiles("best range of a single flock: median, and range of 95 %", best_of_flock, "m", 0),
             "flocks whose best range is in 10 to 30 m",
-            between=(best, *SHORT),
+            in_expectation=between(best, *SHORT),
         ),
         claim(
             "V, Fig. 10",
             "Ranges of 10 to 30 m keep the predator farther from the nearest agent than 0 and 100 m do.",
             "mean J_min over 10, 11, .., 30 m exceeds J_min under 0 and 100 m; so do the means over flocks",
-            middle > np.maximum(none, full),
+            at_10_to_30 > np.maximum(at_0, at_100),
             "flocks in which their mean J_min exceeds both",
-            mean("J_min(10..30) - J_min(0), paired", middle - none, "m"),
-            mean("J_min(10..30) - J_min(100), paired", middle - full, "m"),
-            in_expectation=middle.mean() > max(none.mean(), full.mean()),
+            mean("J_min(10..30) - J_min(0), paired", at_10_to_30 - at_0, "m"),
+            mean("J_min(10..30) - J_min(100), paired", at_10_to_30 - at_100, "m"),
+            in_expectation=at_10_to_30.mean() > max(at_0.mean(), at_100.mean()),
         ),
     ]
 
 
 def _handful(spec: ObjectiveSpec, values: FloatArray, components: NDArray[np.int64]) -> Claim:
     """Return the row about the components at 12 s under the best range, from values by range and flock."""
-    own = components[np.argmax(values, axis=0), np.arange(len(values[0]))].astype(float)
+    best_of_flock = np.argmax(values, axis=0)
+    number = components[best_of_flock, np.arange(len(best_of_flock))].astype(float)
     at_best = stats.argmax(components.mean(axis=1), values)  # with the interval of the choice of the range
     return claim(
         "VI, abstract",
         f"The best range breaks the flock up into a handful of components ({spec.symbol}).",
         f"a flock's best range leaves 2 to {FEW_COMPONENTS} components at 12 s (at most twice as many as in"
         " Figure 7); so does the best range in expectation",
-        (own >= 2) & (own <= FEW_COMPONENTS),
+        (number >= 2) & (number <= FEW_COMPONENTS),
         Quantity(f"components under the best range in expectation ({spec.symbol})", at_best),
-        quantiles("components under a flock's own best range: median, and range of 95 %", own, digits=0),
+        quantiles("components under a flock's own best range: median, and range of 95 %", number, digits=0),
         f"flocks with 2 to {FEW_COMPONENTS} under their own best range",
-        between=(at_best, 2, FEW_COMPONENTS),
+        in_expectation=between(at_best, 2, FEW_COMPONENTS),
         is_reading=spec.name == "min_min_distance",
     )
 
@@ -220,9 +220,8 @@ def _handful(spec: ObjectiveSpec, values: FloatArray, components: NDArray[np.int
 def _edge(spec: ObjectiveSpec, aimed: dict[float, Arrays]) -> Claim:
     """Return the row about an objective, from outcomes by the predator's offset."""
     name, at_edge = spec.symbol, [offset for offset in OFFSETS if offset >= EDGE]
-    full, short = AIMED_GRID.index(100.0), AIMED_GRID.index(PRINTED_BEST)
     values = {offset: found[spec.name] for offset, found in aimed.items()}
-    margin = {offset: rows[full] - rows[short] for offset, rows in values.items()}
+    margin = {offset: gain_of_100(rows) for offset, rows in values.items()}
     measured = []
     for offset in OFFSETS[::2]:
         best = stats.argmax(_AIMED, values[offset])

@@ -1,9 +1,6 @@
-"""Figures 6 to 10 of the paper (the flock), and the figure of an attack beside its center."""
-
-from __future__ import annotations
+"""Figures of the flock: 6 to 10 of the paper, an attack beside its center, and the controls."""
 
 from collections.abc import Mapping
-from dataclasses import astuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,18 +9,27 @@ from matplotlib.figure import Figure
 
 from flockesc_env import simulate
 from flockesc_env.common import stats
+from flockesc_env.common.stats import FloatArray
 from flockesc_env.jobs import Arrays
 from flockesc_env.models.graph import component_labels
 from flockesc_env.render.palette import LIGHT
-from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES
-from studies.paper.plan import AIMED_GRID, FLOCK, FLOCK_GRID, OFFSETS, PAPER_OBJECTIVES, SHOWN_FLOCK_RANGES
-from studies.style import caption, component_colors, letter, subplots
+from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
+from studies.measurements import means
+from studies.paper import plan
+from studies.paper.flock_claims import gain_of_100
+from studies.paper.jobs import with_parts
+from studies.paper.mechanism_claims import flock_values
+from studies.paper.plan import FLOCK, NO_FORCE, OFFSETS, PAPER_FORCE, PAPER_OBJECTIVES
+from studies.style import caption, component_colors, curve, letter, subplots
 from training.figure_style import BAND, RANGES, draw_predator, label_ends
 
 _TIMES = (0.0, 4.0, 8.0, 12.0)
-_COLORS = {rho: to_hex(RANGES((rho / 100.0) ** 0.5)) for rho in SHOWN_FLOCK_RANGES}
+_COLORS = {rho: to_hex(RANGES((rho / 100.0) ** 0.5)) for rho in plan.SHOWN_FLOCK_RANGES}
 """Colors of the ranges; the square root keeps 10 m apart from 0."""
-_GRID, _AIMED = np.array(FLOCK_GRID), np.array(AIMED_GRID)
+_GRID, _AIMED = np.array(plan.FLOCK_GRID), np.array(plan.AIMED_GRID)
+_TICKS = (0, 2, 5, 10, 20, 50, 100)
+_STRONGEST = to_hex(RANGES(0.95))
+_FORCE_COLORS = {NO_FORCE: LIGHT.accent, 1.0: LIGHT.alone, PAPER_FORCE: LIGHT.fixed, 100.0: _STRONGEST}
 
 
 def snapshots(seed: int, rho: float) -> Figure:
@@ -49,60 +55,72 @@ def snapshots(seed: int, rho: float) -> Figure:
 def distances(objective: str, measured: Mapping[str, Arrays], seed: int) -> Figure:
     """Figures 9 and 10: distance against time, objective against range, and the best ranges of flocks."""
     spec = FLOCK_OBJECTIVES[objective]
-    symbol, values = spec.symbol, measured["grid flock"][spec.name]
-    figure, ((over_time, over_range), (best, spare)) = subplots(6.0, 2, 2)
-    spare.set_axis_off()
-    times = np.arange(FLOCK.num_steps + 1) * FLOCK.time_step
-    ends = []
-    for row, (rho, color) in zip(measured["curves"][spec.series], _COLORS.items(), strict=True):
-        over_time.plot(times, row[seed], color=color, lw=1.5)
-        over_time.plot(times, row.mean(axis=0), color=color, ls=":", lw=1.2)
-        ends.append((float(row[seed][-1]), f"{rho:g} m", color))
-    over_time.set(xlabel="time (s)", ylabel=spec.with_unit(spec.label))
-    over_time.margins(x=0)
-    letter(over_time, 0, "distance over time, three ranges")
-    label_ends(over_time, ends)
-
-    center, low, high = stats.mean_with_interval(values, stats.CONFIDENCE)
-    over_range.fill_between(_GRID, low, high, color=BAND, lw=0)
-    over_range.plot(_GRID, values[:, seed], color=LIGHT.alone, lw=1)
-    over_range.plot(_GRID, center, color=LIGHT.fixed, lw=2)
-    over_range.margins(x=0)
-    over_range.set(xlabel="interaction range (m)", ylabel=spec.with_unit(symbol))
-    letter(over_range, 1, f"{symbol} against the range")
-
-    place = stats.argmax(_GRID, values)
-    best.hist(_GRID[np.argmax(values, axis=0)], bins=np.arange(-2.5, 105, 5), color=LIGHT.alone)
-    best.axvspan(place.low, place.high, color=LIGHT.fixed, alpha=0.25, lw=0)
-    best.axvline(place.mean, color=LIGHT.fixed, lw=2)
-    best.axvline(10, color=LIGHT.accent, ls="--", lw=1.5)
-    best.margins(x=0)
-    best.set(xlabel="interaction range (m)", ylabel="flocks")
-    letter(best, 2, "best range of each flock")
+    values = measured["grid flock"][spec.name]
+    best = stats.argmax(_GRID, values)
+    figure, ((over_time, over_range), (histogram, spare)) = subplots(6.0, 2, 2)
+    _over_time(over_time, spec, measured["curves"][spec.series], seed)
+    _over_range(over_range, spec, values, seed)
+    _best_ranges(histogram, values, best)
+    count = f"{values.shape[1]:,} flocks"
     notes = [
         (f"(a) solid: flock of seed {seed}", LIGHT.ink),
-        (f"(a) dotted: mean of {values.shape[1]:,} flocks", LIGHT.ink),
-        (f"(b) dark: mean of {values.shape[1]:,} flocks, 95 % interval", LIGHT.fixed),
+        (f"(a) dotted: mean of {count}", LIGHT.ink),
+        (f"(b) dark: mean of {count}, 95 % interval", LIGHT.fixed),
         (f"(b) light: flock of seed {seed}", LIGHT.alone),
         ("(c) bars: flocks by their best range", LIGHT.alone),
-        (f"(c) solid: best in expectation, {place.mean:g} m [{place.low:g}, {place.high:g}]", LIGHT.fixed),
+        (f"(c) solid: best in expectation, {best.mean:g} m [{best.low:g}, {best.high:g}]", LIGHT.fixed),
         ("(c) dashed: the paper's 10 m", LIGHT.accent),
     ]
+    spare.set_axis_off()
     for line, (text, color) in enumerate(notes):
         spare.text(0.0, 0.95 - 0.125 * line, text, color=color, va="top", in_layout=False)
     return figure
 
 
-def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
+def _over_time(axes: Axes, spec: ObjectiveSpec, curves: FloatArray, seed: int) -> None:
+    """Draw a distance of a flock, and its mean over flocks; curves have the shape (ranges, flocks, times)."""
+    times = np.arange(FLOCK.num_steps + 1) * FLOCK.time_step
+    ends = []
+    for flocks, (rho, color) in zip(curves, _COLORS.items(), strict=True):
+        axes.plot(times, flocks[seed], color=color, lw=1.5)
+        axes.plot(times, flocks.mean(axis=0), color=color, ls=":", lw=1.2)
+        ends.append((float(flocks[seed][-1]), f"{rho:g} m", color))
+    axes.set(xlabel="time (s)", ylabel=spec.with_unit(spec.label))
+    axes.margins(x=0)
+    letter(axes, 0, "distance over time, three ranges")
+    label_ends(axes, ends)
+
+
+def _over_range(axes: Axes, spec: ObjectiveSpec, values: FloatArray, seed: int) -> None:
+    """Draw the mean of an objective and that of one flock; values have the shape (ranges, flocks)."""
+    center, low, high = stats.mean_with_interval(values, stats.CONFIDENCE)
+    axes.fill_between(_GRID, low, high, color=BAND, lw=0)
+    axes.plot(_GRID, values[:, seed], color=LIGHT.alone, lw=1)
+    axes.plot(_GRID, center, color=LIGHT.fixed, lw=2)
+    axes.margins(x=0)
+    axes.set(xlabel="interaction range (m)", ylabel=spec.with_unit(spec.symbol))
+    letter(axes, 1, f"{spec.symbol} against the range")
+
+
+def _best_ranges(axes: Axes, values: FloatArray, best: stats.Estimate) -> None:
+    """Draw how many flocks have each best range, and the best range in expectation."""
+    axes.hist(_GRID[np.argmax(values, axis=0)], bins=np.arange(-2.5, 105, 5).tolist(), color=LIGHT.alone)
+    axes.axvspan(best.low, best.high, color=LIGHT.fixed, alpha=0.25, lw=0)
+    axes.axvline(best.mean, color=LIGHT.fixed, lw=2)
+    axes.axvline(10, color=LIGHT.accent, ls="--", lw=1.5)
+    axes.margins(x=0)
+    axes.set(xlabel="interaction range (m)", ylabel="flocks")
+    letter(axes, 2, "best range of each flock")
+
+
+def aimed_beside(measured: Mapping[str, Arrays]) -> Figure:
     """Draw the best range, and 100 m minus 10 m, against the predator's distance from the center."""
     figure, panels = subplots(5.6, 2, 2, sharex=True)
     for column, spec in enumerate(PAPER_OBJECTIVES):
-        symbol = spec.symbol
-        above, below = panels[:, column]
-        values = [aimed[offset][spec.name] for offset in OFFSETS]
+        symbol, (above, below) = spec.symbol, panels[:, column]
+        values = [measured[f"aimed {offset:g}"][spec.name] for offset in OFFSETS]
         _points(above, [stats.argmax(_AIMED, rows) for rows in values])
-        full, short = AIMED_GRID.index(100.0), AIMED_GRID.index(10.0)
-        _points(below, [stats.mean(rows[full] - rows[short]) for rows in values])
+        _points(below, [stats.mean(gain_of_100(rows)) for rows in values])
         above.set(ylim=(0, 105))
         letter(above, column, f"{symbol}: best range in expectation")
         below.axhline(0, color=LIGHT.ink, lw=0.8)
@@ -115,5 +133,71 @@ def aimed_beside(aimed: dict[float, Arrays]) -> Figure:
 
 
 def _points(axes: Axes, estimates: list[stats.Estimate]) -> None:
-    means, low, high = np.array([astuple(estimate) for estimate in estimates]).T
-    axes.errorbar(OFFSETS, means, (means - low, high - means), fmt="o", ms=5, lw=1.5, color=LIGHT.fixed)
+    """Draw an estimate with its interval at every offset."""
+    means, below, above = zip(*((e.mean, e.mean - e.low, e.high - e.mean) for e in estimates), strict=True)
+    axes.errorbar(OFFSETS, means, (below, above), fmt="o", ms=5, lw=1.5, color=LIGHT.fixed)
+
+
+def by_force(results: Mapping[str, Arrays]) -> Figure:
+    """Draw the three objectives against the range, one curve per escape force."""
+    figure, panels = subplots(3.3, 1, len(FLOCK_OBJECTIVES))
+    for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
+        rows = []
+        for strength, color in _FORCE_COLORS.items():
+            values = (1 if spec.unit else 100) * flock_values(results, plan.PAPER, strength, spec)
+            rows.append((f"s = {strength:g}", values, color, "-" if strength == PAPER_FORCE else "--"))
+        _draw(axes, rows)
+        letter(axes, index, f"{spec.symbol} ({spec.unit or '%'})")
+    survival = f"Survival: agents within {plan.CAPTURE_RADIUS:g} m of the predator are caught"
+    caption(figure, f"Escape force s (0: nobody flees; 10: the paper's). {survival}")
+    return figure
+
+
+def anatomy(results: Mapping[str, Arrays]) -> Figure:
+    """Draw where flocks are at their smallest mean distance, and what makes it."""
+    still, fleeing, frozen = (with_parts(results[name]) for name in plan.ANATOMIES)
+    ink, fixed, alone, accent = LIGHT.ink, LIGHT.fixed, LIGHT.alone, LIGHT.accent
+    curves: dict[str, list[tuple[str, FloatArray, str, str]]] = {
+        "center to predator, and spread (m)": [
+            ("center", still["center"], fixed, "-"),
+            ("spread", still["dispersion"], accent, "-"),
+            ("center, s = 10", fleeing["center"], fixed, ":"),
+            ("spread, s = 10", fleeing["dispersion"], accent, ":"),
+        ],
+        "headings and flights (no unit)": [
+            ("polarization", still["polarization"], fixed, "-"),
+            ("straightness", still["straightness"], alone, "-"),
+            ("outwardness", still["outwardness"], accent, "-"),
+            ("the same,\nfrozen graph", frozen["outwardness"], accent, ":"),
+        ],
+        "J_mean minus that at 0 m, and its parts (m)": [
+            ("sorting", still["sorting"], accent, "-"),
+            ("turning", still["turning"], alone, "-"),
+            ("agreement", still["agreement"], fixed, "-"),
+            ("sum", still["gain"], ink, "-"),
+        ],
+        "J_mean and its controls (m)": [
+            ("measured", still["mean_distance"], ink, "-"),
+            ("aligned only", still["aligned"], fixed, "-"),
+            ("stop after 1 s", still["stopped_1"], alone, "-"),
+            ("frozen graph", frozen["mean_distance"], accent, ":"),
+        ],
+    }
+    figure, panels = subplots(6.2, 2, 2)
+    for index, (axes, (title, rows)) in enumerate(zip(panels.flat, curves.items(), strict=True)):
+        _draw(axes, rows, gap=0.11)
+        letter(axes, index, title)
+    panels[1, 0].axhline(0, color=LIGHT.muted, lw=0.8)
+    text = "Flocks that do not flee (s = 0) at their smallest mean distance"
+    caption(figure, f"{text}, 95 % intervals; dotted: as labeled")
+    return figure
+
+
+def _draw(axes: Axes, rows: list[tuple[str, FloatArray, str, str]], gap: float = 0.075) -> None:
+    """Draw named curves over the ranges; the square root of the axis keeps short ranges apart."""
+    for _, values, color, style in rows:
+        curve(axes, plan.CONTROL_GRID, means(values), color, style, band=0.2, lw=1.6)
+    axes.set_xscale("function", functions=(lambda x: np.sqrt(np.maximum(x, 0)), np.square))
+    axes.set_xticks(_TICKS, [str(tick) for tick in _TICKS])
+    axes.set(xlabel="interaction range (m)", xlim=(0, plan.CONTROL_GRID[-1]))
+    label_ends(axes, [(float(values[-1].mean()), name, color) for name, values, color, _ in rows], gap)

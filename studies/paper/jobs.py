@@ -1,7 +1,5 @@
 """The paper's own measurements: curves of flocks, consensus of lines, flocks at their smallest distance."""
 
-from __future__ import annotations
-
 from typing import Any, Final
 
 import numpy as np
@@ -10,17 +8,19 @@ from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.jobs import Arrays
 from flockesc_env.models import Trajectory
-from studies.measurements import means
+from studies.measurements import by_name, means
 
-STOPS: Final = (1.0, 2.0)
-"""Times in s at which a control stops listening."""
+STOPS: Final = (1.0, 2.0)  # times in s at which a control stops listening
 
 
 def curves(scenario: FlockScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:
     """Return distances and components of flocks at every time 0..T, shape (ranges, seeds, T + 1)."""
-    runs = [[simulate(scenario, rho, seed=seed) for seed in seeds] for rho in ranges]
-    names = ("mean_distance", "min_distance", "num_components")
-    return {name: np.array([[getattr(run, name) for run in row] for row in runs]) for name in names}
+    return by_name([by_name([_curves_of(scenario, rho, seed) for seed in seeds]) for rho in ranges])
+
+
+def _curves_of(scenario: FlockScenario, rho: float, seed: int) -> dict[str, Any]:
+    run = simulate(scenario, rho, seed=seed)
+    return {name: getattr(run, name) for name in ("mean_distance", "min_distance", "num_components")}
 
 
 def consensus(scenario: LineScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:
@@ -33,21 +33,20 @@ def consensus(scenario: LineScenario, ranges: tuple[float, ...], seeds: range) -
     - ``returns``: whether an agent is within the predator's range after the first step;
     - ``converged``.
     """
-    rows = [[_consensus_of(scenario, rho, seed) for seed in seeds] for rho in ranges]
-    return {name: np.array([[line[name] for line in row] for row in rows]) for name in rows[0][0]}
+    return by_name([by_name([_consensus_of(scenario, rho, seed) for seed in seeds]) for rho in ranges])
 
 
 def _consensus_of(scenario: LineScenario, rho: float, seed: int) -> dict[str, Any]:
     run = simulate_line(scenario, rho, seed=seed)
     components, last = run.num_components, run.states[-1]
-    split = int(np.argmax(components == components[-1]))  # t_c of Eq. 4
+    at_split = run.states[np.argmax(components == components[-1])]  # at t_c of Eq. 4
     order = np.argsort(last, kind="stable")
     clusters = np.split(order, np.flatnonzero(np.diff(last[order]) > rho) + 1)
     target, reach = scenario.predator_position, scenario.predator_range
     return {
         "final": last[order],
         "mean_offset": abs(last.mean() - run.states[0].mean()),
-        "alpha_offset": max(abs(run.states[split][who].mean() - last[who].mean()) for who in clusters),
+        "alpha_offset": max(abs(at_split[who].mean() - last[who].mean()) for who in clusters),
         "falls": bool((np.diff(components) < 0).any()),
         "returns": target is not None and bool((np.abs(run.states[1:] - target) < reach).any()),
         "converged": run.converged,
@@ -74,18 +73,20 @@ def anatomy(scenario: FlockScenario, ranges: tuple[float, ...], seeds: range) ->
       model that knows the polarization only;
     - ``stopped_1`` and ``stopped_2``: agents listen until 1 or 2 s and fly straight on from there.
     """
-    rows = [[_anatomy_of(simulate(scenario, rho, seed=seed)) for seed in seeds] for rho in ranges]
-    return {name: np.array([[flock[name] for flock in row] for row in rows]) for name in rows[0][0]}
+    return by_name([by_name([_anatomy_of(scenario, rho, seed) for seed in seeds]) for rho in ranges])
 
 
-def _anatomy_of(run: Trajectory) -> dict[str, float]:
+def _anatomy_of(scenario: FlockScenario, rho: float, seed: int) -> dict[str, float]:
+    run = simulate(scenario, rho, seed=seed)
     speed = float(np.linalg.norm(run.velocities[0, 0]))
     step = int(np.argmin(run.mean_distance))
     time, positions = run.times[step], run.positions[step]
     center = positions.mean(axis=0)
-    offsets, moved = run.positions[0] - run.positions[0].mean(axis=0), positions - run.positions[0]
-    velocities, others = moved / time, np.random.default_rng(run.seed).permutation(len(moved))
-    along = run.velocities[step] / np.linalg.norm(run.velocities[step], axis=1, keepdims=True)
+    offsets = run.positions[0] - run.positions[0].mean(axis=0)
+    moved = positions - run.positions[0]
+    velocities = moved / time
+    others = np.random.default_rng(run.seed).permutation(len(moved))
+    headings = run.velocities[step] / np.linalg.norm(run.velocities[step], axis=1, keepdims=True)
     polarization = float(run.polarization[step])
     found = {
         "mean_distance": float(run.mean_distance[step]),
@@ -99,7 +100,7 @@ def _anatomy_of(run: Trajectory) -> dict[str, float]:
         "outwardness": float((offsets * moved).sum(axis=1).mean()) / (_rms(offsets) * _rms(moved)),
         "straightened": _flight(run, velocities),
         "exchanged": _flight(run, velocities[others]),
-        "aligned": _flight(run, speed * along[others]),
+        "aligned": _flight(run, speed * headings[others]),
     }
     for stop in STOPS:
         last = round(stop / run.scenario.time_step)

@@ -1,7 +1,5 @@
 """The paper's claims about the line (Sections III, IV and VI), measured."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from flockesc_env.common.stats import Estimate, FloatArray, argmax
@@ -9,13 +7,9 @@ from flockesc_env.jobs import Arrays
 from studies.paper import plan
 from studies.paper.claims import Claim, Quantity, claim, exactly, mean, share
 
-PRINTED_CLUSTERS = {0.2: (0.35, 0.69), 0.1: (0.14, 0.40, 0.67, 0.88)}
-"""Cluster positions that Figure 3 shows, by range."""
-
-NEAR = 0.05
-"""Largest distance at which a cluster counts as being where the paper has it."""
-
-_FIRST = plan.LINE_GRID.index(0.1)
+PRINTED_CLUSTERS = {0.2: (0.35, 0.69), 0.1: (0.14, 0.40, 0.67, 0.88)}  # positions in Figure 3 by range
+NEAR = 0.05  # largest distance at which a cluster counts as being where the paper has it
+_AT_TENTH = plan.LINE_GRID.index(0.1)  # the paper's best range
 _GRID = np.array(plan.LINE_GRID)
 
 
@@ -154,7 +148,7 @@ def _figure_3(free: Arrays) -> list[Claim]:
                 f"lines with this number of clusters: all within {NEAR:g} of those printed; so are the means",
                 np.all(np.abs(found - printed) <= NEAR, axis=1),
                 f"lines with all within {NEAR:g}",
-                *(mean(f"cluster {k + 1}", column) for k, column in enumerate(found.T)),
+                *(mean(f"cluster {k + 1}", found[:, k]) for k in range(number)),
                 in_expectation=(np.abs(found.mean(axis=0) - printed) <= NEAR).all(),
             ),
         ]
@@ -200,9 +194,9 @@ def _best_range(force: str, grid: Arrays) -> Claim:
         Quantity("best range of the grid, all trials", everywhere, digits=1),
         f"batches of {plan.BATCH} that choose 0.1",
         share("single lines whose best range is 0.1", np.argmax(distance[plan.COARSE], axis=0) == 1),
-        mean("mean d_ss(0.1)", distance[_FIRST], digits=4),
-        mean("mean number of clusters at 0.1", grid["num_components"][_FIRST]),
-        in_expectation=everywhere.mean == _GRID[_FIRST],
+        mean("mean d_ss(0.1)", distance[_AT_TENTH], digits=4),
+        mean("mean number of clusters at 0.1", grid["num_components"][_AT_TENTH]),
+        in_expectation=everywhere.mean == _GRID[_AT_TENTH],
         trials=distance.shape[1],
         is_reading=force != "linear",
     )
@@ -221,7 +215,7 @@ def _second_peak(distance: FloatArray) -> Claim:
         Quantity("best range", best),
         Quantity("best range above 0.5, a second peak", argmax(_GRID[upper:], distance[upper:])),
         mean("mean d_ss at the second peak", peak, digits=4),
-        mean("d_ss(0.1) - d_ss(second peak), paired", reported[_FIRST] - peak, digits=4),
+        mean("d_ss(0.1) - d_ss(second peak), paired", reported[_AT_TENTH] - peak, digits=4),
         f"batches of {plan.BATCH} whose best range is below 0.5",
         in_expectation=round(best.mean, 1) == 0.1,
         trials=distance.shape[1],
@@ -230,7 +224,7 @@ def _second_peak(distance: FloatArray) -> Claim:
 
 
 def _at_best(grid: Arrays) -> list[Claim]:
-    distance, components = grid["escape_distance"][_FIRST], grid["num_components"][_FIRST].astype(float)
+    distance, components = grid["escape_distance"][_AT_TENTH], grid["num_components"][_AT_TENTH].astype(float)
     of_batches, batch = _batches(components[np.newaxis])[0], plan.BATCH
     low, high = map(float, np.quantile(of_batches, [0.025, 0.975]))
     return [

@@ -1,7 +1,5 @@
 """The paper's explanation of its result, tested without warnings, and without the escape force."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -12,14 +10,12 @@ from flockesc_env.jobs import Arrays
 from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES, LINE_OBJECTIVES, ObjectiveSpec
 from studies.measurements import means
 from studies.paper import plan
-from studies.paper.claims import Claim, Quantity, claim
+from studies.paper.claims import Claim, Quantity, above_zero, claim
 from studies.robustness.survey import Finding, choose
 
 WARNING = "Some connectivity helps because agents close to the predator pass information on to others."
 
-SECTION = "I, "
-"""What the places of these claims start with: the paper's introduction."""
-
+SECTION = "I, "  # what the places of these claims start with: the paper's introduction
 OBJECTIVES = tuple(FLOCK_OBJECTIVES.values())
 
 
@@ -77,11 +73,15 @@ def mechanism_claims(results: Mapping[str, Arrays]) -> list[Claim]:
     """Return the rows about the paper's explanation: warning, masking, and the trade-off between them."""
 
     def flock(scenario: str, spec: ObjectiveSpec) -> Controlled:
-        where = f"{SECTION}{spec.symbol}" + ("" if scenario == plan.PAPER else f", {scenario}")
-        both = (
-            flock_values(results, scenario, strength, spec) for strength in (plan.NO_FORCE, plan.PAPER_FORCE)
+        return Controlled(
+            where=f"{SECTION}{spec.symbol}" + ("" if scenario == plan.PAPER else f", {scenario}"),
+            spec=spec,
+            grid=plan.CONTROL_GRID,
+            short=10.0,
+            full=100.0,
+            without=flock_values(results, scenario, plan.NO_FORCE, spec),
+            fleeing=flock_values(results, scenario, plan.PAPER_FORCE, spec),
         )
-        return Controlled(where, spec, plan.CONTROL_GRID, 10.0, 100.0, *both)
 
     rows = []
     for spec in OBJECTIVES:
@@ -98,34 +98,37 @@ def mechanism_claims(results: Mapping[str, Arrays]) -> list[Claim]:
             if scenario != plan.PAPER and is_measured:
                 rows.append(_trade_off(flock(scenario, spec)))
     spec = LINE_OBJECTIVES["escape_distance"]
-    both = (results[name][spec.name] for name in ("fearless line", "grid linear"))
-    line = Controlled(f"{SECTION}the line", spec, plan.LINE_GRID, 0.1, 1.0, *both)
+    line = Controlled(
+        where=f"{SECTION}the line",
+        spec=spec,
+        grid=plan.LINE_GRID,
+        short=0.1,
+        full=1.0,
+        without=results["fearless line"][spec.name],
+        fleeing=results["grid linear"][spec.name],
+    )
     adds = "the force adds more under 0.1 than under 0; so it does in the mean"
     return [*rows, _difference(line, WARNING, 0.0, adds), _masking(line), _trade_off(line)]
 
 
 def _blocking(found: Controlled, results: Mapping[str, Arrays]) -> Claim:
     """Return the claim for a flock: the control takes the warning away, and nothing else."""
-    spec, (nobody, short) = found.spec, map(found.shown, plan.SHORT_RANGES)
-    name = "blocked captures" if spec.requires == "capture_radius" else "blocked"
-    gains = {}
-    for control, values in (
-        ("with warnings", found.fleeing[[found.grid.index(rho) for rho in plan.SHORT_RANGES]]),
-        ("with blocked warnings", results[name][spec.name]),
-    ):
-        gains[f"{spec.symbol} at {short} minus that at {nobody}, {control}"] = values[1] - values[0]
-    hearing, blocked = gains.values()
-    more = mean(hearing / 2 - blocked)
+    spec = found.spec
+    nobody, short = map(found.shown, plan.SHORT_RANGES)
+    blocked = results["blocked captures" if spec.requires == "capture_radius" else "blocked"][spec.name]
+    hearing = found.fleeing[[found.grid.index(rho) for rho in plan.SHORT_RANGES]]
+    gain, gain_blocked = hearing[1] - hearing[0], blocked[1] - blocked[0]
+    what = f"{spec.symbol} at {short} minus that at {nobody}"
     return claim(
         found.where,
         WARNING,
         f"blocking removes more than half of what {short} gains over {nobody}; so it does in the mean",
-        hearing / 2 > blocked,
-        found.quantity(f"what blocking removes of the gain of {short} over {nobody}", hearing - blocked),
-        *(found.quantity(what, values) for what, values in gains.items()),
+        gain / 2 > gain_blocked,
+        found.quantity(f"what blocking removes of the gain of {short} over {nobody}", gain - gain_blocked),
+        found.quantity(f"{what}, with warnings", gain),
+        found.quantity(f"{what}, with blocked warnings", gain_blocked),
         f"{found.trials} in which blocking removes more than half",
-        in_expectation=more.mean > 0,
-        mean_is_clear=not more.low < 0 < more.high,
+        in_expectation=above_zero(mean(gain / 2 - gain_blocked)),
         is_reading=spec.name != "min_mean_distance",
     )
 
@@ -139,54 +142,57 @@ def _masking(found: Controlled) -> Claim:
 
 def _difference(found: Controlled, says: str, other: float, holds_if: str) -> Claim:
     """Return the claim that the force adds more under the paper's best range than under another one."""
-    ends = (found.short, other)
-    without, fleeing = (
-        {rho: rows[found.grid.index(rho)] for rho in ends} for rows in (found.without, found.fleeing)
-    )
-    added = {rho: fleeing[rho] - without[rho] for rho in ends}
-    values = added[found.short] - added[other]
-    average, symbol = mean(values), found.spec.symbol
-    short, second = map(found.shown, ends)
-    pair = f"{symbol} at {short} minus that at {second}"
+    own, compared = found.grid.index(found.short), found.grid.index(other)
+    short, second = found.shown(found.short), found.shown(other)
+    added = found.fleeing - found.without
+    more = added[own] - added[compared]
+    average = mean(more)
+    pair = f"{found.spec.symbol} at {short} minus that at {second}"
     return claim(
         found.where,
         says,
         holds_if,
-        values > 0,
+        more > 0,
         found.quantity(f"what the force adds, at {short} minus at {second}", average),
         f"{found.trials} in which it is above 0",
-        *(found.quantity(f"what the force adds at {found.shown(rho)}", added[rho]) for rho in ends),
-        found.quantity(f"{pair}, without the force", without[found.short] - without[other]),
-        found.quantity(f"{pair}, with the force", fleeing[found.short] - fleeing[other]),
-        in_expectation=average.mean > 0,
-        mean_is_clear=not average.low < 0 < average.high,
+        found.quantity(f"what the force adds at {short}", added[own]),
+        found.quantity(f"what the force adds at {second}", added[compared]),
+        found.quantity(f"{pair}, without the force", found.without[own] - found.without[compared]),
+        found.quantity(f"{pair}, with the force", found.fleeing[own] - found.fleeing[compared]),
+        in_expectation=above_zero(average),
         is_reading=found.spec.name != "min_min_distance",  # which favors the claim most
     )
 
 
 def _trade_off(found: Controlled, others: Mapping[str, FloatArray] | None = None) -> Claim:
-    without, fleeing = (choose(found.grid, values) for values in (found.without, found.fleeing))
+    """Return the claim that only the force makes an intermediate range best.
+
+    Best ranges are chosen on the first half of the flocks or lines, margins measured on the second half.
+    ``others`` has values under other escape forces by their names.
+    """
+    without, fleeing = choose(found.grid, found.without), choose(found.grid, found.fleeing)
     half = found.without.shape[1] // 2
-    margins = [
-        values[fleeing.index, half:] - np.maximum(values[0, half:], values[-1, half:])
-        for values in (found.fleeing, found.without)
-    ]
+
+    def margin(values: FloatArray) -> FloatArray:
+        """Return the gain of the best range with the force over the better end of the grid."""
+        measured = values[:, half:]
+        gain: FloatArray = measured[fleeing.index] - np.maximum(measured[0], measured[-1])
+        return gain
+
     both = found.fleeing[fleeing.index, half:] - found.without[without.index, half:]
     ends = {"without the force": without, "with the force": fleeing}
     ranges = ends | {name: choose(found.grid, values) for name, values in (others or {}).items()}
     unit = ("m", 0) if found.spec.model == "flock" else ("", 2)
     longest, gains = found.shown(found.grid[-1]), []
     for name, choice in ends.items():
-        gains += [
-            found.quantity(f"its gain over 0 {name}", choice.gain_over_zero),
-            found.quantity(f"its gain over {longest} {name}", choice.gain_over_longest),
-        ]
+        gains.append(found.quantity(f"its gain over 0 {name}", choice.gain_over_zero))
+        gains.append(found.quantity(f"its gain over {longest} {name}", choice.gain_over_longest))
     return claim(
         found.where,
         "The trade-off between warning and consensus makes an intermediate range best.",
         "the best range gains more over the better end of the grid with the force than without; in the mean"
         " an intermediate range is best with the force, and none is without",
-        margins[0] > margins[1],
+        margin(found.fleeing) > margin(found.without),
         *(Quantity(f"best range {name}", choice.best, *unit) for name, choice in ranges.items()),
         *gains,
         found.quantity("at the best range without the force", without.value),

@@ -1,24 +1,15 @@
 """The measurements of the paper: scenarios, ranges and numbers of seeds."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from flockesc_env import FlockScenario, LineScenario
 from flockesc_env.common.checks import as_count
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
-from flockesc_env.scenario import (
-    AlignedHeadings,
-    ConstantVelocity,
-    FlockScenario,
-    Intercept,
-    LineScenario,
-    PurePursuit,
-    approach,
-)
+from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, Intercept, PurePursuit, approach
 from flockesc_env.scenario.line import EscapeForce
 from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES
 from flockesc_env.scenario.presets import as_scenario
@@ -39,18 +30,15 @@ LEAST_FLOCKS: Final = 4  # with fewer, the halves that choose and measure a rang
 FREE_RANGES: Final = (0.0, 0.1, 0.2, 0.3, 1.0)
 SHOWN_RANGES: Final = (1.0, 0.2, 0.1, 0.0)  # of Figures 3 and 4, in their order
 THRESHOLD_RANGES: Final = (0.05, 0.1, 0.15, 0.2)  # at most rho_p, as Theorem 2 asks
-PREDATOR_POSITIONS: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
-"""From the edge of the line to where the paper has it."""
+PREDATOR_POSITIONS: Final = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)  # from the edge to the paper's place
 
 FLOCK_GRID: Final = tuple(float(k) for k in range(101))
 SHOWN_FLOCK_RANGES: Final = (0.0, 10.0, 100.0)
-OFFSETS: Final = tuple(float(b) for b in range(0, 90, 10))
-"""By how many metres the predator's path misses the flock's center."""
+OFFSETS: Final = tuple(float(b) for b in range(0, 90, 10))  # m by which the predator misses the center
 AIMED_GRID: Final = (0.0, 2.5, 5.0, 7.5, 10.0, 12.5, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 70.0, 100.0)
 
 CONTROL_GRID: Final = (0.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 50.0, 100.0)
-SHORT_RANGES: Final = (0.0, 10.0)
-"""Nobody hears others, and the paper's best range; both are in the grid of the control."""
+SHORT_RANGES: Final = (0.0, 10.0)  # nobody hears others; the paper's best range
 STRENGTHS: Final = (0.0, 1.0, 10.0, 100.0)  # escape forces s of the control
 NO_FORCE: Final = 0.0  # nobody flees
 PAPER_FORCE: Final = 10.0
@@ -67,8 +55,7 @@ SCENARIOS: Final[Mapping[str, FlockScenario]] = {
 """Flocks of the control: the paper's, other predators, and other starts. In the aligned start headings lie
 within 90 degrees of a direction across the predator's path. In the head-on start all head toward it."""
 
-SURVIVAL_SCENARIOS: Final = (PAPER, "pursuit", "interception")
-"""Flocks in which survival is measured, too."""
+SURVIVAL_SCENARIOS: Final = (PAPER, "pursuit", "interception")  # flocks in which survival is measured, too
 
 ANATOMIES: Final[Mapping[str, FlockScenario]] = {
     "anatomy": FLOCK.replace(repulsion_strength=NO_FORCE),

@@ -1,9 +1,6 @@
 """The reproduction of the paper as a study: its results, and their report."""
 
-from __future__ import annotations
-
 import re
-from collections import Counter
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -88,15 +85,6 @@ def measure(runner: Runner, output: Path, trials: Trials) -> None:
     write_text(output / RESULTS_FILE, document(results))
 
 
-def summary(results: PaperResults) -> list[str]:
-    """Return every claim with its verdict and key figure, and the numbers of the verdicts."""
-    lines = []
-    for row in results.claims:
-        lines += [f"{row.where}: {row.claim}", f"    {row.judgment.verdict}: {row.measured[0]}"]
-    counts = Counter(row.judgment.verdict for row in results.claims)
-    return [*lines, "; ".join(f"{verdict}: {number}" for verdict, number in counts.items())]
-
-
 def report(results: PaperResults) -> str:
     """Return the report as Markdown."""
     sections: dict[str, list[tuple[int, Claim]]] = {}
@@ -108,9 +96,7 @@ def report(results: PaperResults) -> str:
     return template("paper/templates/paper.md").render(
         results=results,
         sections=sections,
-        counts={
-            verdict: [judged.count((verdict, reading)) for reading in (False, True)] for verdict in Verdict
-        },
+        counts={each: [judged.count((each, reading)) for reading in (False, True)] for each in Verdict},
         mark=lambda judgment: judgment.verdict.value + ("" if judgment.is_clear else unclear),
         figure_link=_figure_link,
         most=MOST,
@@ -126,9 +112,4 @@ def _figure_link(where: str) -> str:
     return re.sub(r"Fig\. (\d+)([a-d]?)", r"[Fig. \1\2](#figure_\1)", where)
 
 
-PAPER = Study(
-    measure=measure,
-    load=PaperResults.load,
-    figures=lambda _: {},
-    report=report,
-)
+PAPER = Study(measure=measure, load=PaperResults.load, figures=lambda _: {}, report=report)

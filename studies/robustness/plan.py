@@ -1,7 +1,5 @@
 """Attacked variations of the paper's flock, their grids of actions, and the questions that they answer."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +35,7 @@ def grid_of(scenario: FlockScenario) -> Grid:
 
 def attacked_presets(names: Iterable[str] | None = None) -> dict[str, FlockScenario]:
     """Return scenarios of presets or files by name; ``None``: every attacked variation of the paper's."""
+    # No variations: presets of tasks (size, start) and of the literature (many fields).
     known = {
         name: entry.scenario
         for name, entry in PRESETS.items()
@@ -61,10 +60,11 @@ def _misses_the_center(scenario: FlockScenario) -> bool:
     """Whether a predator flies straight past the center, by a quarter of the region's side or more."""
     for predator in scenario.predators:
         if isinstance(predator, ConstantVelocity):
-            x, y = scenario.initial_side / 2 - np.array(predator.position)[:2]
-            u, v = np.array(predator.velocity)[:2]
-            speed = np.hypot(u, v)
-            if speed > 0 and abs(u * y - v * x) / speed >= scenario.initial_side / 4:
+            to_center_x, to_center_y = scenario.initial_side / 2 - np.array(predator.position)[:2]
+            velocity_x, velocity_y = np.array(predator.velocity)[:2]
+            speed = np.hypot(velocity_x, velocity_y)
+            across = abs(velocity_x * to_center_y - velocity_y * to_center_x)  # distance times speed
+            if speed > 0 and across / speed >= scenario.initial_side / 4:
                 return True
     return False
 
@@ -72,25 +72,23 @@ def _misses_the_center(scenario: FlockScenario) -> bool:
 _BLIND = ("constant_velocity", "wandering", "prescribed_path")
 _LAWS = ("motion", "angular_noise", "sensing_noise", "sensing_delay", "alignment_strength")
 QUESTIONS: Final[dict[str, Callable[[FlockScenario], bool]]] = {
-    "the paper's own scenario": lambda scenario: scenario == FlockScenario(),
+    "the paper's own scenario": lambda flock: flock == FlockScenario(),
     "an attack on the edge": _misses_the_center,
-    "predators that catch agents": lambda scenario: scenario.capture_radius is not None,
-    "predators that cooperate": lambda scenario: any(
+    "predators that catch agents": lambda flock: flock.capture_radius is not None,
+    "predators that cooperate": lambda flock: any(
         each.kind in {"encircle", "herd"} or getattr(each, "target", None) == "assigned"
-        for each in scenario.predators
+        for each in flock.predators
     ),
-    "several predators on their own": lambda scenario: len(scenario.predators) > 1,
-    "a predator that steers": lambda scenario: any(each.kind not in _BLIND for each in scenario.predators),
-    "other neighbor rules": lambda scenario: (
-        scenario.neighbor_rule.kind != "metric" or scenario.blind_angle > 0 or scenario.mutual
+    "several predators on their own": lambda flock: len(flock.predators) > 1,
+    "a predator that steers": lambda flock: any(each.kind not in _BLIND for each in flock.predators),
+    "other neighbor rules": lambda flock: (
+        flock.neighbor_rule.kind != "metric" or flock.blind_angle > 0 or flock.mutual
     ),
-    "other laws of motion, noise, delay, unlike agents": lambda scenario: any(
-        getattr(scenario, field) != getattr(FlockScenario(), field) for field in _LAWS
+    "other laws of motion, noise, delay, unlike agents": lambda flock: any(
+        getattr(flock, field) != getattr(FlockScenario(), field) for field in _LAWS
     ),
-    "controls: a frozen graph, no flight": lambda scenario: (
-        scenario.frozen_graph or scenario.repulsion_strength == 0
-    ),
-    "parameters drawn for every episode": lambda scenario: bool(scenario.randomization),
+    "controls: a frozen graph, no flight": lambda flock: flock.frozen_graph or flock.repulsion_strength == 0,
+    "parameters drawn for every episode": lambda flock: bool(flock.randomization),
     "other flocks and predators": lambda _: True,
 }
 """Questions about the paper's finding; a preset answers the first one that is true of its scenario."""

@@ -1,7 +1,5 @@
 """The best fixed range of every preset: the rule of the findings, the results, their figure and page."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
@@ -10,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from flockesc_env.cli.output import note, table
+from flockesc_env.cli.output import note
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate, FloatArray, argmax, mean
 from flockesc_env.jobs import Arrays
@@ -23,9 +21,7 @@ from studies.robustness.plan import QUESTIONS, Grid, attacked_presets, grid_of
 from studies.study import RESULTS_FILE, Results, Study, document, template
 from studies.style import ROW, caption, draw_forest, subplots
 
-FIGURE = "robustness"
-OBJECTIVES = {spec.symbol: spec.name for spec in PAPER_OBJECTIVES}
-"""Symbol and column of every objective."""
+OBJECTIVES = {spec.symbol: spec.name for spec in PAPER_OBJECTIVES}  # symbol and column of every objective
 
 
 class Finding(StrEnum):
@@ -161,55 +157,38 @@ def measure(runner: Runner, output: Path, num_flocks: int, names: Sequence[str] 
     write_text(output / RESULTS_FILE, document(results))
 
 
-def summary(results: RobustnessResults) -> list[str]:
-    """Return the lines of a text table of the outcomes for J_mean."""
-    head = ["preset", "best range", "J_mean (m)", "over 0 (m)", "over the longest (m)", "best range is"]
-    rows: list[list[str]] = []
-    for row in results.presets:
-        found = row.outcomes["J_mean"]
-        shown = found.min_mean_distance, found.gain_over_zero, found.gain_over_longest, found.finding
-        rows.append([row.name, f"{found.best:g} {row.grid.unit}", *map(str, shown)])
-    return table(head, rows)
-
-
 def figure(results: RobustnessResults) -> Figure:
     """Draw both gains in ``J_mean`` of every preset, side by side; presets are grouped by question."""
     groups = results.by_question()
     num_rows = len(groups) + len(results.presets)
     figure, (left, right) = subplots(ROW * (num_rows + 4), 1, 2)
-    for axes, gain, end in (
-        (left, "gain_over_zero", "range 0"),
-        (right, "gain_over_longest", "the longest range"),
-    ):
-        rows: dict[str, dict[str, Estimate]] = {}
-        for question, presets in groups.items():
-            for row in presets:
-                found = row.outcomes["J_mean"]
-                name = f"{row.name} ({found.best.mean:g} {row.grid.unit})"
-                rows.setdefault(question, {})[name] = getattr(found, gain)
-        draw_forest(axes, rows)
+    over_zero: dict[str, dict[str, Estimate]] = {question: {} for question in groups}
+    over_longest: dict[str, dict[str, Estimate]] = {question: {} for question in groups}
+    for question, presets in groups.items():
+        for row in presets:
+            found = row.outcomes["J_mean"]
+            name = f"{row.name} ({found.best.mean:g} {row.grid.unit})"
+            over_zero[question][name] = found.gain_over_zero
+            over_longest[question][name] = found.gain_over_longest
+    for axes, gains, end in ((left, over_zero, "range 0"), (right, over_longest, "the longest range")):
+        draw_forest(axes, gains)
         axes.set_xlabel(f"gain over {end} (m)")
     right.set_yticklabels([])
-    caption(
-        figure,
-        f"J_mean of the best fixed range, {results.num_flocks:,} flocks, 95 % intervals"
-        " (filled: the interval excludes 0)",
-    )
+    text = f"J_mean of the best fixed range, {results.num_flocks:,} flocks, 95 % intervals"
+    caption(figure, f"{text} (filled: the interval excludes 0)")
     return figure
 
 
 def report(results: RobustnessResults) -> str:
     """Return the report as Markdown."""
-    return template("robustness/templates/robustness.md").render(
-        results=results,
-        grids=sorted({str(row.grid) for row in results.presets}),
-    )
+    grids = sorted({str(row.grid) for row in results.presets})
+    return template("robustness/templates/robustness.md").render(results=results, grids=grids)
 
 
 ROBUSTNESS = Study(
     measure=measure,
     load=RobustnessResults.load,
-    figures=lambda results: {FIGURE: figure(results)},
+    figures=lambda results: {"robustness": figure(results)},
     report=report,
     formats=("svg", "png"),
 )

@@ -1,35 +1,38 @@
-"""The scoreboard: results of rules and learners on the tasks, in folders of the name of each."""
+"""The scoreboard: results of rules and learners on the tasks in folders of their names, and their scores."""
 
-from __future__ import annotations
-
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any, Final, Literal
 
 import msgspec
+import numpy as np
+import polars as pl
 
-from flockesc_env import InputError, load_policy, tasks
+from flockesc_env import InputError, tasks
 from flockesc_env.cli.output import note
 from flockesc_env.common.files import atomic_write
+from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Arrays
 from flockesc_env.policies import NAMES
 from flockesc_env.policies.registry import TRAINED, parse_policy
-from flockesc_env.taskset import (
-    LoadedPolicy,
-    Result,
-    Task,
-    Training,
-    fitting,
-    read_result,
-    score,
-    write_result,
-)
+from flockesc_env.taskset import LoadedPolicy, Result, Task, Training, read_result, score, write_result
+from flockesc_env.taskset.statistics import means
 from studies.scoreboard.trainings import TRANSFERRED, Key, hyperparameters_of, versions_of
 
 BOARD: Final = Path("scoreboard")
+ABLATIONS: Final = Path("results/scoreboard/ablations")
+"""Folders of learners that change one choice of ``ppo``; they have no card and no row on the scoreboard."""
+
+ABLATION: Final = "ablation: "  # start of the note of such a learner; the rest names the change
+
+BEST_FIXED: Final = Path("results/scoreboard/best_fixed.parquet")
+"""The objective of the best fixed range on every held-out flock, a column per ``column_of``."""
+
 ANY_RATE: Final = Path("results/scoreboard/any_rate.json")
 """What rules reach with their own options, by task and rule: the mean score."""
 
@@ -54,7 +57,7 @@ class Card(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     license: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Entrant:
     """A folder of the scoreboard: a learner or rule with its card and its results by task."""
 
@@ -81,17 +84,44 @@ def load_board(folder: Path = BOARD) -> list[Entrant]:
     return found
 
 
-def write_scores(trained: Mapping[Key, Arrays], folder: Path = BOARD) -> None:
+def load_ablations(folder: Path = ABLATIONS) -> list[Result]:
+    """Read the results of learners that change one choice of ``ppo``."""
+    return [read_result(file) for file in sorted(folder.glob("*/*.json"))]
+
+
+@dataclass(frozen=True)
+class _Unscored:
+    """Policies of a rule or of the training seeds of a learner on a task, and how they were trained."""
+
+    learner: str
+    task: Task
+    policies: list[str]
+    training: Training | None = None
+
+    @property
+    def file(self) -> Path:
+        """The file of the result."""
+        return folder_of(self.learner, self.task) / f"{self.task.name}.json"
+
+
+def folder_of(learner: str, task: Task) -> Path:
+    """Return the folder of the results of a learner or rule."""
+    found = task.learners.get(learner)
+    is_ablation = found is not None and found.note.startswith(ABLATION)
+    return (ABLATIONS if is_ablation else BOARD) / learner
+
+
+def write_scores(trained: Mapping[Key, Arrays]) -> None:
     """Score all rules and training runs that have no result yet, and write policies and results."""
-    for name, task, found, training in (*_rules(), *_trained(trained, folder)):
-        output = folder / name / f"{task.name}.json"
+    for one in (*_rules(), *_trained(trained)):
         with suppress(InputError, FileNotFoundError):  # a result of an older task
-            if read_result(output).training == training:
+            if read_result(one.file).training == one.training:
                 continue
-        note(f"{output}: {len(found)} policies")
-        output.parent.mkdir(parents=True, exist_ok=True)
-        result = score([*map(LoadedPolicy.of, found)], task, learner=name, output=output, training=training)
-        write_result(result, output)
+        note(f"{one.file}: {len(one.policies)} policies")
+        one.file.parent.mkdir(parents=True, exist_ok=True)
+        policies = [LoadedPolicy.of(policy) for policy in one.policies]
+        result = score(policies, one.task, learner=one.learner, output=one.file, training=one.training)
+        write_result(result, one.file)
 
 
 def ship(board: Sequence[Entrant]) -> None:
@@ -103,55 +133,109 @@ def ship(board: Sequence[Entrant]) -> None:
             file.write_bytes((BOARD / entrant.name / result.policies[0].policy).read_bytes())
 
 
-_Scored = tuple[str, Task, list[str], Training | None]
-
-
 def rules_of(task: Task) -> list[str]:
     """Return the names of the built-in rules that fit a task."""
     found = []
     for name in NAMES[2:]:  # without fixed and random ranges
         with suppress(InputError):
-            fitting.fitted(load_policy(name), task)
+            task.setup(name)
             found.append(name)
     return found
 
 
-def _rules() -> Iterator[_Scored]:
+def _rules() -> Iterator[_Unscored]:
     """Yield the rules that fit every task, random ranges, and a shortcut that is a fixed range."""
     for task in tasks.values():
         for rule in dict.fromkeys((task.shortcut.policy, "random", *rules_of(task))):
-            yield "fixed-range" if rule.startswith("fixed:") else rule, task, [rule], None
+            yield _Unscored("fixed-range" if rule.startswith("fixed:") else rule, task, [rule])
 
 
-def _trained(trained: Mapping[Key, Arrays], folder: Path) -> Iterator[_Scored]:
-    """Yield the learners; write their policy files. Runs that end with an equal policy count once.
-
-    Several searches of a rule keep the hand-written one, from which they start.
-    """
-    groups: dict[tuple[str, str], dict[int, Arrays]] = {}
+def _trained(trained: Mapping[Key, Arrays]) -> Iterator[_Unscored]:
+    """Yield the learners of finished training runs; write their policy files."""
+    runs_of: dict[tuple[str, str], dict[int, Arrays]] = {}
     for key, arrays in trained.items():
-        groups.setdefault((key.learner, key.task), {})[key.seed] = arrays
-    for (learner, name), runs in groups.items():
-        task, kept, contents = tasks[name], dict[int, Arrays](), list[Any]()
-        for seed, arrays in runs.items():
-            content_of = parse_policy(arrays["policy"].tobytes(), Path(f"{name}-{seed}.npz"))
-            if (content := fitting.content(content_of, task)) not in contents:
-                contents.append(content)
-                kept[seed] = arrays
-        files = [folder / learner / "policies" / f"{name}-{seed}.npz" for seed in kept]
-        files[0].parent.mkdir(parents=True, exist_ok=True)
-        for file, arrays in zip(files, kept.values(), strict=True):
-            with atomic_write(file) as opened:
-                opened.write(arrays["policy"].tobytes())
+        runs_of.setdefault((key.learner, key.task), {})[key.seed] = arrays
+    for (learner, name), runs in runs_of.items():
+        task = tasks[name]
+        runs = _distinct(runs)
+        files = _write_policies(runs, folder_of(learner, task) / "policies", name)
+        counts = ("samples", "episodes", "evaluations")
         training = Training(
-            seeds=list(kept),
-            samples=max(int(arrays["samples"]) for arrays in kept.values()),
-            episodes=max(int(arrays["episodes"]) for arrays in kept.values()),
-            evaluations=max(int(arrays["evaluations"]) for arrays in kept.values()),
-            cpu_minutes=[round(float(arrays["cpu_seconds"]) / 60, 2) for arrays in kept.values()],
+            seeds=list(runs),
+            **{count: max(int(run[count]) for run in runs.values()) for count in counts},
+            cpu_minutes=[round(float(run["cpu_seconds"]) / 60, 2) for run in runs.values()],
             versions=dict(versions_of(learner)),
             hyperparameters=hyperparameters_of(learner, name),
         )
-        on = (name, *TRANSFERRED) if name == "per-agent-visible" and learner in SHIPPED else (name,)
-        for other in on:
-            yield learner, tasks[other], [*map(str, files)], training
+        yield _Unscored(learner, task, files, training)
+        if name == "per-agent-visible" and learner in SHIPPED:
+            for other in TRANSFERRED:
+                yield _Unscored(learner, tasks[other], files, training)
+
+
+def _distinct(runs: Mapping[int, Arrays]) -> dict[int, Arrays]:
+    """Return the runs of a learner by seed; of those with equal parameters, the first one."""
+    distinct: dict[bytes, int] = {}
+    for seed, run in runs.items():
+        policy: Any = parse_policy(run["policy"].tobytes(), Path(f"{seed}.npz"))
+        distinct.setdefault(policy.parameters.tobytes(), seed)
+    return {seed: runs[seed] for seed in distinct.values()}
+
+
+def _write_policies(runs: Mapping[int, Arrays], folder: Path, task: str) -> list[str]:
+    """Write the policy file of every run, and return their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    files = []
+    for seed, run in runs.items():
+        file = folder / f"{task}-{seed}.npz"
+        with atomic_write(file) as opened:
+            opened.write(run["policy"].tobytes())
+        files.append(str(file))
+    return files
+
+
+def scores_of(result: Result) -> FloatArray:
+    """Return the score of every policy on every flock, shape (policies, flocks); the mean over scenarios.
+
+    The best fixed range has score 0 on each flock, so intervals are those of paired differences.
+    """
+    task = tasks[result.task]
+    best_fixed = _best_fixed()[: result.flocks[1]]
+    paired = {
+        name: scale.zero + (result.values(name) - best_fixed[column_of(task, name)].to_numpy())
+        for name, scale in task.scales.items()
+    }
+    scores: FloatArray = task.normalize(paired)
+    return scores
+
+
+def score_of(result: Result) -> Estimate:
+    """Return the mean score; its interval covers training seeds, flocks and the error of score 1."""
+    (score,) = means(scores_of(result)[np.newaxis])
+    return with_reference_error(score, tasks[result.task])
+
+
+def best_fixed_range(task: Task) -> float:
+    """Return the best fixed range in the first scenario of a task."""
+    return next(iter(task.scales.values())).best_fixed_range
+
+
+def column_of(task: Task, scenario: str) -> str:
+    """Return the column of ``BEST_FIXED`` for the objective of a task in a scenario."""
+    return f"{scenario} {task.spec.name}"
+
+
+@cache
+def _best_fixed() -> pl.DataFrame:
+    return pl.read_parquet(BEST_FIXED)
+
+
+def with_reference_error(estimate: Estimate, task: Task) -> Estimate:
+    """Return a score, or a difference of scores, with the error of score 1 in its interval.
+
+    An error of ``one`` changes every score by the same factor. Half widths of independent errors add in
+    quadrature.
+    """
+    error = estimate.mean * max(scale.one_error / (scale.one - scale.zero) for scale in task.scales.values())
+    low, high = (math.hypot(end - estimate.mean, error) for end in (estimate.low, estimate.high))
+    return Estimate(estimate.mean, estimate.mean - low, estimate.mean + high)

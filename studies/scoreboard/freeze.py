@@ -5,13 +5,11 @@ of the controls. ``ANY_RATE`` gets the scores that rules reach with their own op
 best fixed range reaches on every flock.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import tomllib
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple
+from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any, Final
 
@@ -26,16 +24,11 @@ from flockesc_env.common.stats import FloatArray, mean
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
-from flockesc_env.policies import load_policy
 from flockesc_env.scenario.presets import Scenario
-from flockesc_env.taskset.comparison import grid_of
-from flockesc_env.taskset.definition import FLOCKS
-from flockesc_env.taskset.fitting import fitted
-from flockesc_env.taskset.task import Task, read_tasks, tasks
+from flockesc_env.taskset.task import FLOCKS, Task, read_tasks, tasks
 from studies.measurements import Runner, play_jobs, split
 from studies.scoreboard import references
-from studies.scoreboard.board import ANY_RATE, BOARD, CHOOSING, CONTROLLING, rules_of
-from studies.scoreboard.rows import BEST_FIXED, column_of
+from studies.scoreboard.board import ANY_RATE, BEST_FIXED, BOARD, CHOOSING, CONTROLLING, column_of, rules_of
 from studies.study import document
 
 _SIMULATED_FLOCKS: Final = {"paper-flock": 200, "startled": 60, "varied": 60}
@@ -48,11 +41,11 @@ def freeze(path: Path, names: Sequence[str], runner: Runner) -> None:
     for name in names or tasks:
         task, entry = tasks[name], frozen["tasks"][name]
         entry["scales"] = {scenario: _scale(task, scenario, runner) for scenario in task.scenarios}
-        task = read_tasks(tomli_w.dumps(frozen))[name]
-        entry["shortcut"] = _shortcut(task, runner)
-        rates[name] = {rule: _score(task, rule, runner, own=True) for rule in rules_of(task)}
+        player = _Player(read_tasks(tomli_w.dumps(frozen))[name], runner)
+        entry["shortcut"] = player.shortcut()
+        rates[name] = {rule: player.score(rule, own=True) for rule in rules_of(task)}
         for control in entry.get("controls", ()):
-            control |= _control(task, control["policy"], control["baseline"], runner)
+            control |= player.control(control["policy"], control["baseline"])
     text = tomli_w.dumps(frozen)
     write_text(path, text)
     write_best_fixed(read_tasks(text).values(), runner)
@@ -70,17 +63,57 @@ def write_best_fixed(measured: Iterable[Task], runner: Runner) -> None:
     write_table(pl.DataFrame({key: found[key.split()[1]][0] for key, found in played.items()}), BEST_FIXED)
 
 
+@dataclass(frozen=True)
+class _Player:
+    """Plays policies on a task."""
+
+    task: Task
+    runner: Runner
+
+    def play(self, policy: str, model: Scenario, flocks: range, *, own: bool = False) -> FloatArray:
+        """Return the objective of every flock with the options of the task, or the policy's own ones."""
+        entry = self.task.setup(policy)
+        options = {} if own else {"per_agent": entry.per_agent, **vars(entry.options)}
+        jobs = play_jobs(policy, model, self.task.spec.name, flocks, **options)
+        return self.runner.join(jobs, policy)["objective"]
+
+    def score(self, policy: str, *, own: bool = False) -> float:
+        """Return the mean score of a policy on the held-out flocks."""
+        models = self.task.scenarios.items()
+        played = {name: self.play(policy, model, FLOCKS, own=own) for name, model in models}
+        return float(self.task.normalize(played).mean())
+
+    def shortcut(self) -> dict[str, Any]:
+        """Return the untrained policy that is best on tuning flocks, and its score on held-out ones."""
+        fixed = [f"fixed:{scale.best_fixed_range:.12g}" for scale in self.task.scales.values()]
+        reached = {
+            policy: np.mean([self.play(policy, model, CHOOSING) for model in self.task.scenarios.values()])
+            for policy in dict.fromkeys((*rules_of(self.task), "random", *fixed))
+        }
+        best = max(reached, key=lambda policy: reached[policy])
+        return {"policy": best, "score": round(self.score(best), 12) + 0.0}
+
+    def control(self, policy: str, baseline: str) -> dict[str, Any]:
+        """Return the gain of a policy over another one, with and without warnings."""
+        found, (model,) = {}, self.task.scenarios.values()
+        for name, changes in {"gain": {}, "gain_blocked": {"blocks_warnings": True}}.items():
+            changed = model.replace(**changes)
+            gain = self.play(policy, changed, CONTROLLING) - self.play(baseline, changed, CONTROLLING)
+            found[name] = astuple(mean(gain))
+        return found
+
+
 def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
-    grid, model = grid_of(task), task.scenarios[scenario]
+    """Return the scale of a scenario: the best fixed range, scores 0 and 1 and what reaches score 1."""
+    grid, model = task.scenario.search_ranges, task.scenarios[scenario]
     tuning = first_seeds(TUNING, 200 if model.num_agents > 500 else 1000)  # large flocks are slow
     jobs = seed_jobs(OUTCOMES, model, grid, tuning)
     tuned = runner.join(jobs, f"Fixed ranges in {scenario}")[task.spec.name]
     best = grid[int(tuned.mean(axis=1).argmax())]
-    fixed = _play(task, f"fixed:{best:.12g}", model, FLOCKS, runner)
+    fixed = _Player(task, runner).play(f"fixed:{best:.12g}", model, FLOCKS)
     kind = _kind(task, model)
     reached = _reference(task, kind, scenario, runner)
     same_flocks = fixed[: len(reached)]
-    gain = mean(reached - same_flocks)
     found: dict[str, Any] = {
         "best_fixed_range": best,
         "zero": float(fixed.mean()),
@@ -88,43 +121,8 @@ def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
         "reference": kind,
     }
     if len(reached) < len(fixed):
+        gain = mean(reached - same_flocks)
         found["one_error"] = (gain.high - gain.mean) * math.sqrt(1 - len(reached) / len(fixed))
-    return found
-
-
-def _play(
-    task: Task, policy: str, model: Scenario, flocks: range, runner: Runner, *, own: bool = False
-) -> FloatArray:
-    """Return the objective of every flock with the task's options; ``own``: with the policy's own ones."""
-    entry = fitted(load_policy(policy), task)
-    options = {} if own else {"per_agent": task.per_agent, **(entry.options or {})}
-    jobs = play_jobs(policy, model, task.spec.name, flocks, **options)
-    return runner.join(jobs, policy)["objective"]
-
-
-def _score(task: Task, policy: str, runner: Runner, *, own: bool = False) -> float:
-    played = {one: _play(task, policy, at, FLOCKS, runner, own=own) for one, at in task.scenarios.items()}
-    return float(task.normalize(played).mean())
-
-
-def _shortcut(task: Task, runner: Runner) -> dict[str, Any]:
-    """Return the policy without training that is best on tuning flocks, and its score on held-out ones."""
-    fixed = [f"fixed:{scale.best_fixed_range:.12g}" for scale in task.scales.values()]
-    reached = {
-        policy: np.mean([_play(task, policy, at, CHOOSING, runner) for at in task.scenarios.values()])
-        for policy in dict.fromkeys((*rules_of(task), "random", *fixed))
-    }
-    best = max(reached, key=lambda policy: reached[policy])
-    return {"policy": best, "score": round(_score(task, best, runner), 12) + 0.0}
-
-
-def _control(task: Task, policy: str, baseline: str, runner: Runner) -> dict[str, Any]:
-    """Return the gain of a policy over another one, with and without warnings."""
-    found, (model,) = {}, task.scenarios.values()
-    for name, changes in {"gain": {}, "gain_blocked": {"blocks_warnings": True}}.items():
-        flocks = model.replace(**changes)
-        reached, other = (_play(task, one, flocks, CONTROLLING, runner) for one in (policy, baseline))
-        found[name] = astuple(mean(reached - other))
     return found
 
 
@@ -142,19 +140,20 @@ def _reference(task: Task, kind: str, scenario: str, runner: Runner) -> FloatArr
     if kind == "hindsight":
         return _hindsight(task, scenario, runner)
     flocks = FLOCKS[: _SIMULATED_FLOCKS.get(scenario, 200)] if kind == "clairvoyant" else FLOCKS
-    name = f"{references.__name__}:{kind.replace(' ', '_')}"
-    jobs = split(name, (task.name, scenario), flocks, 5 if kind == "clairvoyant" else 100, 0.1)
+    function = getattr(references, kind.replace(" ", "_"))
+    size = 5 if kind == "clairvoyant" else 100
+    jobs = split(function, task.name, scenario, flocks=flocks, size=size, seconds=0.1)
     return runner.join(jobs, f"{kind} in {scenario}")["objective"]
 
 
 def _hindsight(task: Task, scenario: str, runner: Runner) -> FloatArray:
     """Return the largest objective on every line, of all fixed ranges and all policies of the scoreboard."""
     model = task.scenarios[scenario]
-    jobs = seed_jobs(OUTCOMES, model, grid_of(task), FLOCKS)
+    jobs = seed_jobs(OUTCOMES, model, model.search_ranges, FLOCKS)
     fixed = runner.join(jobs, "Fixed ranges on held-out lines")[task.spec.name]
     files = sorted(BOARD.glob(f"*/policies/{task.name}-*.npz"))
     plays = {file: play_jobs(file.read_bytes(), model, task.spec.name, FLOCKS) for file in files}
     learned = [found["objective"] for found in runner.run(plays, "Policies of the scoreboard").values()]
-    drawn = _play(task, "random", model, FLOCKS, runner)
+    drawn = _Player(task, runner).play("random", model, FLOCKS)
     best: FloatArray = np.max([*fixed, *learned, drawn], axis=0)
     return best

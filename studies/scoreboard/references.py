@@ -3,8 +3,6 @@
 Every reference is a job that takes the names of a task and of one of its scenarios.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -61,14 +59,8 @@ class _Replays:
     def __init__(self, task: str, scenario: str, flock: int, count: int) -> None:
         self._model, self._column = _flock(task, scenario), tasks[task].spec.name
         self._max_range = float(tasks[task].options["max_range"])
-        self._copies = BatchVectorEnv(
-            count,
-            self._model,
-            autoreset_mode="Disabled",
-            action_mode="range",
-            max_range=self._max_range,
-            steps_per_action=SEGMENT_STEPS,
-        )
+        held: Any = {"max_range": self._max_range, "steps_per_action": SEGMENT_STEPS, "action_mode": "range"}
+        self._copies = BatchVectorEnv(count, self._model, autoreset_mode="Disabled", **held)
         self._copies.reset(seed=[flock] * count)
         self._start = self._copies.get_state(0)
 

@@ -3,8 +3,6 @@
 Learners of other frameworks are examples of this project, each in the environment of its framework.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -22,15 +20,13 @@ from flockesc_env import SB3Policy, save_policy, tasks
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models.records import versions
 from flockesc_env.policies.registry import POLICY_FILE
-from flockesc_env.taskset.learners import learner_of, learners
 from training.run import RUN_FILE, Run
 from training.train import train as train_run
 
 TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
 """Tasks on which nobody trains: they score the policies of ``per-agent-visible`` that the wheel ships."""
 
-_SECONDS: Final = 60.0
-"""Estimated processor time of a training run."""
+_SECONDS: Final = 60.0  # estimated processor time of a training run
 
 
 class Key(NamedTuple):
@@ -84,17 +80,19 @@ _SCHEDULES: Final = dict.fromkeys(("learning_rate", "lr_schedule", "clip_range")
 
 
 def trainings(names: Iterable[str], chosen: Iterable[str], most_seeds: int, folder: Path) -> dict[Key, Job]:
-    """Return the job of every training run; empty names of learners or tasks mean all."""
-    wanted, on = set(names), set(chosen) or set(tasks)
-    counts = {(name, one.task): one.seeds for name, one in EXTERNAL.items()}
-    trained = [task for task in tasks if task not in TRANSFERRED]
-    counts |= {(name, task): one.seeds for task in trained for name, one in learners(tasks[task]).items()}
-    return {
-        Key(name, task, seed): Job(f"{__name__}:train", (name, task, seed, folder.absolute()), _SECONDS)
-        for (name, task), seeds in counts.items()
-        for seed in range(min(seeds, most_seeds))
-        if task in on and (not wanted or name in wanted)
-    }
+    """Return the job of every training run of some learners on some tasks; empty names mean all."""
+    wanted_learners, wanted_tasks = set(names), set(chosen)
+    num_seeds = {(learner, one.task): one.seeds for learner, one in EXTERNAL.items()}
+    for name, task in tasks.items():
+        if name not in TRANSFERRED:
+            num_seeds |= {(learner, name): one.seeds for learner, one in task.learners.items()}
+    jobs = {}
+    for (learner, name), count in num_seeds.items():
+        if learner in (wanted_learners or {learner}) and name in (wanted_tasks or {name}):
+            for seed in range(min(count, most_seeds)):
+                arguments = (learner, name, seed, folder.absolute())
+                jobs[Key(learner, name, seed)] = Job(f"{__name__}:train", arguments, _SECONDS)
+    return jobs
 
 
 def train(learner: str, task: str, seed: int, folder: Path) -> Arrays:
@@ -129,7 +127,7 @@ def _train_external(learner: str, seed: int) -> Arrays:
         else:
             count, spent = _SPEED.findall(ran.stdout)[-1]
             samples, seconds = int(count), float(spent)
-        spec = tasks[found.task].policy_spec()
+        spec = tasks[found.task].policy_spec
         episodes = samples // (spec.rows * spec.num_actions)
         return _arrays(file, samples=samples, episodes=episodes, evaluations=0, cpu_seconds=seconds)
 
@@ -152,7 +150,7 @@ def hyperparameters_of(learner: str, task: str) -> dict[str, Any]:
     """Return the table of a learner on a task, or the command that has its hyperparameters."""
     if learner in EXTERNAL:
         return {"command": EXTERNAL[learner].command(0)}
-    found: dict[str, Any] = msgspec.to_builtins(learner_of(tasks[task], learner))
+    found: dict[str, Any] = msgspec.to_builtins(tasks[task].learner(learner))
     return found
 
 

@@ -2,15 +2,13 @@
 
 A part is a module of this package with one result and these names:
 
-- ``jobs(scale)``: the jobs by key, for a share of the page's flocks;
+- ``jobs(scale)``: lists of jobs by key, for a share of the page's flocks;
 - ``results(measured)``: the results of the jobs, a frozen dataclass, which the annotation names;
 - ``verdict(results)``: the verdict by a rule on intervals;
 - ``figure(results)``: the published result and the one here;
 - ``templates/NAME.md``: its section of the page, which gets the module as ``part``, and sets ``title``,
   ``published`` and ``here``, the row of the overview.
 """
-
-from __future__ import annotations
 
 from enum import StrEnum
 from importlib import import_module
@@ -28,7 +26,7 @@ class Verdict(StrEnum):
     CANNOT_BE_JUDGED = "cannot be judged"
 
     @classmethod
-    def of(cls, *conditions: object) -> Verdict:
+    def of(cls, *conditions: object) -> "Verdict":
         """Return the verdict: a result agrees if all conditions are true."""
         return cls.AGREES if all(conditions) else cls.DIFFERS
 

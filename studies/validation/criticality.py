@@ -5,8 +5,6 @@ PLOS Comput. Biol. 17 (2021) e1008832. Constants of the prey are those of the au
 PaPeK/PredatorPrey.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,24 +14,22 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario, simulate
-from flockesc_env.common.stats import Estimate, argmax, mean
+from flockesc_env.common.stats import Estimate, FloatArray, argmax, mean
 from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import AlignedHeadings, Disc, PreferredDistance, PurePursuit, Voronoi
-from studies.measurements import means, share_of, split
+from studies.measurements import by_name, means, share_of, split
 from studies.style import curve, letter, subplots
 from studies.validation import Verdict
 
-ALIGNMENTS: Final = (0.0, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 5.0)
-"""Strengths of alignment."""
-
+ALIGNMENTS: Final = (0.0, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0, 5.0)  # strengths of alignment
 NUM_AGENTS: Final = 200
 DIFFUSION: Final = 0.5  # rotational diffusion coefficient of the headings in rad^2/s
 STEP: Final = 0.05
 SETTLING: Final = 2_500  # steps before the attack; order is averaged over the second half
 ATTACK: Final = 1_200  # steps
-FLEEING: Final = (4.0, 0.0)  # strengths of the escape force: the paper's, and the control's
+FLEEING: Final = 4.0  # strength of the escape force; the control has none
 CAPTURE_RADIUS: Final = 0.2
 EVERYWHERE: Final = 1e3
 FLOCKS: Final = 16
@@ -85,57 +81,72 @@ SCHOOL: Final = FlockScenario(
 
 
 def measure(alignment: float, seeds: range) -> Arrays:
-    """Return order, variance, captures with and without flight, and spacing, shape (5, seeds)."""
-    return {"numbers": np.array([_measure(alignment, seed) for seed in seeds]).T}
+    """Return what ``attack`` measures in some schools, by name, shape (seeds,)."""
+    return by_name([attack(alignment, seed) for seed in seeds])
 
 
-def _measure(alignment: float, seed: int) -> tuple[float, ...]:
+def attack(alignment: float, seed: int) -> dict[str, float]:
+    """Let a school settle, and let a predator pursue agents that flee and agents that do not.
+
+    Returns:
+        ``order`` and ``variance`` before the attack, ``captured`` and ``captured_still``, and ``spacing``,
+        the mean distance to the nearest agent; see ``Criticality``.
+    """
     school = SCHOOL.replace(alignment_strength=alignment)
     settled = simulate(school, EVERYWHERE, seed=seed)
     order = settled.polarization[SETTLING // 2 :]
-    positions, velocities = settled.positions[-1], settled.velocities[-1]
+    positions = settled.positions[-1]
+    state = {"initial_positions": positions, "initial_velocities": settled.velocities[-1]}
+    predators = (predator_outside(positions, seed),)
+    attacked = school.replace(num_steps=ATTACK, predators=predators, capture_radius=CAPTURE_RADIUS)
+
+    def captured(strength: float) -> float:
+        run = simulate(attacked.replace(repulsion_strength=strength), EVERYWHERE, seed=seed, **state)
+        return float((run.caught_at >= 0).sum())
+
     distances = np.linalg.norm(positions[:, None] - positions, axis=2)
+    nearest = np.sort(distances)[:, 1]  # behind the distance to itself
+    return {
+        "order": order.mean(),
+        "variance": NUM_AGENTS * order.var(),
+        "captured": captured(FLEEING),
+        "captured_still": captured(0.0),
+        "spacing": nearest.mean(),
+    }
+
+
+def predator_outside(positions: FloatArray, seed: int) -> PurePursuit:
+    """Return a predator in a random direction from the school, 4.5 outside of it as in the authors' code."""
     center = positions.mean(axis=0)
     angle = np.random.default_rng(seed).uniform(0, 2 * math.pi)
     outward = np.array([math.cos(angle), math.sin(angle)])
-    # It starts 4.5 outside of the school, as in the authors' code.
-    start = center + outward * (((positions - center) @ outward).max() + 4.5)
-    predator = PurePursuit(tuple(start.tolist()), tuple((-2 * outward).tolist()), max_turn_rate=1.0)
-    attacked = school.replace(num_steps=ATTACK, predators=(predator,), capture_radius=CAPTURE_RADIUS)
-    state = {"initial_positions": positions, "initial_velocities": velocities}
-    caught = []
-    for strength in FLEEING:
-        run = simulate(attacked.replace(repulsion_strength=strength), EVERYWHERE, seed=seed, **state)
-        caught.append(float((run.caught_at >= 0).sum()))
-    return order.mean(), NUM_AGENTS * order.var(), *caught, np.sort(distances)[:, 1].mean()
+    edge = ((positions - center) @ outward).max()
+    start = center + outward * (edge + 4.5)
+    return PurePursuit(tuple(start.tolist()), tuple((-2 * outward).tolist()), max_turn_rate=1.0)
 
 
 def jobs(scale: float) -> dict[float, list[Job]]:
     """Return the jobs by alignment, for ``results``."""
-    seeds = share_of(HELD_OUT, FLOCKS, scale, 4)
-    return {a: split(f"{__name__}:measure", (a,), seeds, 4, 4.0) for a in ALIGNMENTS}
+    seeds = share_of(HELD_OUT, FLOCKS, scale, least=4)
+    return {a: split(measure, a, flocks=seeds, size=4, seconds=4.0) for a in ALIGNMENTS}
 
 
 def results(measured: Mapping[float, Arrays]) -> Criticality:
     """Return the results of the jobs of ``jobs``."""
-    numbers = [measured[alignment]["numbers"] for alignment in ALIGNMENTS]
-    order, variance, captured, still, spacing = np.stack(numbers, axis=1)
-    at = np.array(ALIGNMENTS)
-    transition = argmax(at, variance)
-    critical = captured[ALIGNMENTS.index(transition.mean)]
+    found = by_name([measured[alignment] for alignment in ALIGNMENTS])  # shape (alignments, flocks)
+    captured, still = found["captured"], found["captured_still"]
+    alignments = np.array(ALIGNMENTS)
+    transition = argmax(alignments, found["variance"])
+    at_transition = captured[ALIGNMENTS.index(transition.mean)]
     avoided = (still - captured) / still.mean(axis=1, keepdims=True)
     return Criticality(
-        num_flocks=order.shape[1],
-        order=means(order),
-        variance=means(variance),
-        captured=means(captured),
-        captured_still=means(still),
-        spacing=means(spacing),
+        num_flocks=captured.shape[1],
+        **{name: means(rows) for name, rows in found.items()},
         transition=transition,
-        best=argmax(at, -captured),
-        best_still=argmax(at, -still),
-        disordered=mean(captured[0] - critical),
-        ordered=mean(captured[-1] - critical),
+        best=argmax(alignments, -captured),
+        best_still=argmax(alignments, -still),
+        disordered=mean(captured[0] - at_transition),
+        ordered=mean(captured[-1] - at_transition),
         avoided=means(avoided),
         average_avoided=mean(avoided.mean(axis=0)),
     )
@@ -143,10 +154,12 @@ def results(measured: Mapping[float, Arrays]) -> Criticality:
 
 def obstacles(results: Criticality) -> list[str]:
     """Return why the result cannot be judged: the conditions that fail."""
-    found, avoided, best = [], results.average_avoided, results.best
+    found = []
+    avoided = results.average_avoided
     if avoided.low <= 0:
         found.append(f"flight avoids a share of {avoided} of the captures")
-    covered, count = sum(best.low <= each <= best.high for each in ALIGNMENTS), len(ALIGNMENTS)
+    best, count = results.best, len(ALIGNMENTS)
+    covered = sum(best.low <= alignment <= best.high for alignment in ALIGNMENTS)
     if 2 * covered >= count:
         found.append(f"the interval of the fewest captures covers {covered} of {count} alignments")
     return found

@@ -4,8 +4,6 @@ I. D. Couzin, J. Krause, R. James, G. D. Ruxton and N. R. Franks, "Collective me
 animal groups", J. Theor. Biol. 218 (2002) 1-11.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +19,7 @@ from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models import rotation
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import Disc, Zones
-from studies.measurements import means, share_of, split
+from studies.measurements import by_name, means, share_of, split
 from studies.style import curve, letter, subplots
 from studies.validation import Verdict
 
@@ -36,9 +34,7 @@ FAST: Final = 10 * SPEED
 
 STEPS: Final = 2_000
 MEASURED: Final = 500  # last steps of each width, over which measures are averaged
-NOISE: Final = 2 * math.sqrt(3) * 0.05
-"""Uniform noise with the root mean square angle of the published Gaussian noise, 0.05 rad."""
-
+NOISE: Final = 2 * math.sqrt(3) * 0.05  # uniform; its rms angle is that of the published Gaussian, 0.05 rad
 FLOCKS: Final = 10
 TURNING: Final = 0.5  # rotation above which a group with a smaller polarization is a torus
 LITTLE: Final = 0.3  # polarization and rotation below which a group is a swarm
@@ -72,17 +68,17 @@ class Milling:
 
     def states(self) -> dict[str, list[float]]:
         """Return the widths of swarms, tori and parallel groups on the way up."""
-        ups = [*zip(WIDTHS, self.up.rotation, self.up.polarization, strict=True)]
+        rows = [*zip(WIDTHS, self.up.rotation, self.up.polarization, strict=True)]
         return {
-            "swarm": [width for width, m, p in ups if max(m.high, p.high) < LITTLE],
-            "torus": [width for width, m, p in ups if m.low > max(TURNING, p.high)],
-            "parallel": [width for width, _, p in ups if p.low > PARALLEL],
+            "swarm": [width for width, turning, order in rows if max(turning.high, order.high) < LITTLE],
+            "torus": [width for width, turning, order in rows if turning.low > max(TURNING, order.high)],
+            "parallel": [width for width, _, order in rows if order.low > PARALLEL],
         }
 
     def remembered(self) -> list[float]:
         """Return the widths at which groups have more polarization and less rotation on the way down."""
-        both = zip(WIDTHS, self.memory, self.up.rotation, self.down.rotation, strict=True)
-        return [width for width, more, up, down in both if more.low > 0 and down.high < up.low]
+        rows = zip(WIDTHS, self.memory, self.up.rotation, self.down.rotation, strict=True)
+        return [width for width, memory, up, down in rows if memory.low > 0 and down.high < up.low]
 
 
 def scenario(width: float, speed: float = SPEED) -> FlockScenario:
@@ -103,23 +99,28 @@ def scenario(width: float, speed: float = SPEED) -> FlockScenario:
 
 
 def ramp(seeds: range) -> Arrays:
-    """Return measures of one flock on the way up and down, and its positions and headings in a torus.
+    """Return measures of one flock while the width rises and falls, and its agents in a torus.
 
-    ``ramp`` has polarization, rotation and number of groups, shape (2, 1, widths, 3), ``torus`` the shape
-    (2, 1, n, 3).
+    Returns:
+        The fields of ``Ramp`` on the way up and then down, shape (2 widths, 1); ``positions`` and
+        ``headings`` at the largest rotation on the way up, shape (n, 1, 3).
     """
     (seed,) = seeds
-    found, states = [], []
+    ends, measures = [], []
     state: dict[str, Any] = {}
     for number, width in enumerate((*WIDTHS, *WIDTHS[::-1])):
         run = simulate(scenario(width), 1.0 + width + ATTRACTION, seed=seed + number * 2**32, **state)
         state = {"initial_positions": run.positions[-1], "initial_velocities": run.velocities[-1]}
-        turning = rotation(run)[-MEASURED:].mean()
-        found.append((run.polarization[-MEASURED:].mean(), turning, run.num_components[-1]))
-        states.append((run.positions[-1], run.velocities[-1] / SPEED))
-    up, down = found[: len(WIDTHS)], found[len(WIDTHS) :][::-1]
-    at = int(np.argmax([turning for _, turning, _ in up]))
-    return {"ramp": np.array([[up], [down]]), "torus": np.array(states[at])[:, np.newaxis]}
+        ends.append(state)
+        late = {"polarization": run.polarization[-MEASURED:], "rotation": rotation(run)[-MEASURED:]}
+        found = {name: values.mean() for name, values in late.items()}
+        measures.append({**found, "num_groups": float(run.num_components[-1])})
+    ramps = {name: values[:, np.newaxis] for name, values in by_name(measures).items()}
+    torus = ends[int(np.argmax(ramps["rotation"][: len(WIDTHS)]))]
+    return ramps | {
+        "positions": torus["initial_positions"][:, np.newaxis],
+        "headings": torus["initial_velocities"][:, np.newaxis] / SPEED,
+    }
 
 
 def turning(speed: float, seeds: range) -> Arrays:
@@ -132,21 +133,23 @@ def jobs(scale: float) -> dict[str, list[Job]]:
     """Return the jobs by purpose, for ``results``."""
     seeds = share_of(HELD_OUT, FLOCKS, scale)
     return {
-        "ramp": split(f"{__name__}:ramp", (), seeds, 1, 20),
-        "slow": split(f"{__name__}:turning", (SPEED,), seeds, 1, 1),
-        "fast": split(f"{__name__}:turning", (FAST,), seeds, 1, 1),
+        "ramp": split(ramp, flocks=seeds, size=1, seconds=20.0),
+        "slow": split(turning, SPEED, flocks=seeds, size=1, seconds=1.0),
+        "fast": split(turning, FAST, flocks=seeds, size=1, seconds=1.0),
     }
 
 
 def results(measured: Mapping[str, Arrays]) -> Milling:
     """Return the results of the jobs of ``jobs``."""
-    up, down = measured["ramp"]["ramp"]
-    positions, headings = measured["ramp"]["torus"][:, 0]
+    found = dict(measured["ramp"])
+    positions, headings = found.pop("positions")[:, 0], found.pop("headings")[:, 0]
+    up = {name: values[: len(WIDTHS)] for name, values in found.items()}
+    down = {name: values[: -len(WIDTHS) - 1 : -1] for name, values in found.items()}
     return Milling(
-        num_flocks=len(up),
-        up=Ramp(*(means(rows) for rows in up.T)),
-        down=Ramp(*(means(rows) for rows in down.T)),
-        memory=means((down - up)[..., 0].T),
+        num_flocks=up["rotation"].shape[1],
+        up=Ramp(**{name: means(rows) for name, rows in up.items()}),
+        down=Ramp(**{name: means(rows) for name, rows in down.items()}),
+        memory=means(down["polarization"] - up["polarization"]),
         slow_rotation=mean(measured["slow"]["rotation"]),
         fast_rotation=mean(measured["fast"]["rotation"]),
         torus=[(positions - positions.mean(axis=0)).tolist(), headings.tolist()],
@@ -164,11 +167,10 @@ def figure(results: Milling) -> Figure:
     """Draw a torus, and both measures against the width on the way up and down."""
     figure, (picture, *panels) = subplots(3.0, 1, 3)
     positions, headings = np.array(results.torus)
-    # Look along the axis of rotation.
     axis = np.cross(positions, headings).sum(axis=0)
-    plane = np.linalg.svd(axis[None])[2][1:]
-    (x, y), (u, v) = plane @ positions.T, plane @ headings.T
-    picture.quiver(x, y, u, v, color=LIGHT.ink, angles="xy", scale=18, width=0.008)
+    across = np.linalg.svd(axis[None])[2][1:]  # two directions across the axis of rotation
+    places, directions = across @ positions.T, across @ headings.T
+    picture.quiver(*places, *directions, color=LIGHT.ink, angles="xy", scale=18, width=0.008)
     picture.set_aspect("equal")
     picture.set_axis_off()
     letter(picture, 0, "a torus, along its axis")

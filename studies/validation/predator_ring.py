@@ -10,11 +10,9 @@ The limits are the zeros of the determinant and of the trace of the linear dynam
 the predator.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, Literal
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -24,6 +22,7 @@ from flockesc_env import FlockScenario, simulate
 from flockesc_env.common.stats import Estimate, FloatArray, half_width
 from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Arrays, Job
+from flockesc_env.models import Trajectory
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import Attracted, Disc, FirstOrder
 from studies.measurements import share_of, split
@@ -41,22 +40,14 @@ CLOSED_FORMS: Final = {
     "strongest predator": 1 / (INNER ** (2 - EXPONENT) - OUTER ** (2 - EXPONENT)),
 }
 
-SIZES: Final = {400: 4, 800: 4, 1_600: 2}
-"""Flocks by their number of agents. In smaller flocks corrections of higher order than 1 / n matter."""
-
-STRENGTHS: Final = (0.2, 0.25, 0.7, 0.8)
-"""Predator strengths c: two around each limit, between which its zero is interpolated."""
-
+SIZES: Final = {400: 4, 800: 4, 1_600: 2}  # by agents; in smaller ones higher orders than 1 / n matter
+WEAK, STRONG = (0.2, 0.25), (0.7, 0.8)  # strengths c around the limits, between which zeros are interpolated
 RELAXING: Final = 0.5  # predator strength with which the ring forms
 TOLERANCE: Final = 0.005  # relative deviation of three digits
 UNBOUNDED: Final = 1e6
 STEP: Final = 0.01  # time step of the runs that measure stability
-SHIFT: Final = 0.005
-"""Initial distance of the predator from the center. With 0.02 the dynamics are not linear enough."""
-
-FITTED: Final = (2.0, 9.0)
-"""Times between which the linear dynamics are fitted: changes of the density have decayed at the first."""
-
+SHIFT: Final = 0.005  # of the predator from the center at first; with 0.02 the dynamics are not linear enough
+FITTED: Final = (2.0, 9.0)  # times of the linear fit; changes of the density have decayed at the first
 EVERY: Final = 5  # steps between two times of the fit
 
 
@@ -86,13 +77,10 @@ class PredatorRing:
     ring: list[list[float]]
 
 
-def scenario(
-    num_agents: int, strength: float, position: FloatArray, step: float, time: float
-) -> FlockScenario:
-    """Return the published model with a predator at ``position``."""
-    place = (float(position[0]), float(position[1]))
+def scenario(num_agents: int, strength: float, place: FloatArray, step: float, time: float) -> FlockScenario:
+    """Return the published model with a predator at ``place``."""
     attraction = {"strength": strength, "exponent": EXPONENT, "max_speed": UNBOUNDED}
-    predator = Attracted(position=place, velocity=(0.0, 0.0), **attraction)
+    predator = Attracted((float(place[0]), float(place[1])), (0.0, 0.0), **attraction)
     return FlockScenario(
         num_agents=num_agents,
         time_step=step,
@@ -110,66 +98,75 @@ def scenario(
 
 
 def measure(num_agents: int, seeds: range) -> Arrays:
-    """Return the numbers of ``CLOSED_FORMS``, shape (4, seeds), and rings, shape (n, seeds, 2)."""
+    """Return the numbers of ``CLOSED_FORMS`` by name, shape (seeds,), and rings, shape (n, seeds, 2)."""
     relaxing = scenario(num_agents, RELAXING, np.ones(2), step=0.05, time=100.0)
-    runs = (simulate(relaxing, UNBOUNDED, seed=seed) for seed in seeds)
-    rings = [(run.positions[-1], run.predator_positions[-1, 0]) for run in runs]
-    offsets = np.stack([positions - predator for positions, predator in rings])
+    runs = [simulate(relaxing, UNBOUNDED, seed=seed) for seed in seeds]
+    offsets = np.stack([run.positions[-1] - run.predator_positions[-1] for run in runs])
     squares = (offsets**2).sum(axis=2)
     # The density is constant between the radii, so squared distances are uniform.
+    center = squares.mean(axis=1)
     half = np.sqrt(3 * squares.var(axis=1))
-    radii = np.sqrt([squares.mean(axis=1) - half, squares.mean(axis=1) + half])
-    limits = []
-    for (first, second), part in ((STRENGTHS[:2], 1), (STRENGTHS[2:], 0)):
-        values = [[_dynamics(ring, strength)[part] for strength in (first, second)] for ring in rings]
-        limits.append([first - low * (second - first) / (high - low) for low, high in values])
-    return {"numbers": np.array([*radii, *limits]), "rings": offsets.swapaxes(0, 1)}
+    return {
+        "inner radius": np.sqrt(center - half),
+        "outer radius": np.sqrt(center + half),
+        "weakest predator": np.array([_zero(run, "determinant", WEAK) for run in runs]),
+        "strongest predator": np.array([_zero(run, "trace", STRONG) for run in runs]),
+        "rings": offsets.swapaxes(0, 1),
+    }
 
 
-def _dynamics(ring: tuple[FloatArray, FloatArray], strength: float) -> tuple[float, float]:
-    """Return trace and determinant of the linear dynamics of the offset of predator and ring, in time units.
+def _zero(ring: Trajectory, name: Literal["trace", "determinant"], strengths: tuple[float, float]) -> float:
+    """Return the predator strength at which a number of ``_dynamics`` is 0, interpolated between two."""
+    first, second = strengths
+    low, high = (_dynamics(ring, strength)[name] for strength in strengths)
+    return first - low * (second - first) / (high - low)
 
-    Two runs with opposite shifts of the predator cancel even orders. The offset obeys y'' = trace y' - det y.
+
+def _dynamics(ring: Trajectory, strength: float) -> dict[str, float]:
+    """Return ``trace`` and ``determinant`` of the linear dynamics of the offset of predator and ring.
+
+    ``ring`` is a run that ends with a ring at rest. The offset obeys y'' = trace y' - determinant y, in time
+    units. Two runs with opposite shifts of the predator cancel even orders.
     """
-    positions, predator = ring
+    positions, predator = ring.positions[-1], ring.predator_positions[-1, 0]
     state: dict[str, Any] = {"initial_positions": positions, "initial_velocities": np.zeros_like(positions)}
     offsets = []
     for shift in (SHIFT, -SHIFT):
-        shifted = scenario(len(positions), strength, predator + np.array([shift, 0.0]), STEP, time=FITTED[1])
+        place = predator + np.array([shift, 0.0])
+        shifted = scenario(len(positions), strength, place, STEP, time=FITTED[1])
         run = simulate(shifted, UNBOUNDED, **state)
         offsets.append(run.positions.mean(axis=1)[:, 0] - run.predator_positions[:, 0, 0])
+    # A linear system of two dimensions: y at a time is a combination of y at the two times before.
     y = (offsets[0] - offsets[1])[round(FITTED[0] / STEP) :: EVERY]
     recurrence = np.linalg.lstsq(np.stack([y[1:-1], y[:-2]], axis=1), y[2:])[0]
     roots = np.roots([1, *-recurrence]).astype(complex)
     # An explicit Euler step multiplies an eigenvector by 1 + step * eigenvalue.
     eigenvalues = (roots ** (1 / EVERY) - 1) / STEP
-    return float(eigenvalues.sum().real), float(eigenvalues.prod().real)
+    return {"trace": float(eigenvalues.sum().real), "determinant": float(eigenvalues.prod().real)}
 
 
 def jobs(scale: float) -> dict[int, list[Job]]:
     """Return the jobs by number of agents, for ``results``."""
-    call = f"{__name__}:measure"
     return {
-        n: split(call, (n,), share_of(HELD_OUT, count, scale), 1, 70 * (n / 800) ** 2)
+        n: split(measure, n, flocks=share_of(HELD_OUT, count, scale), size=1, seconds=70 * (n / 800) ** 2)
         for n, count in SIZES.items()
     }
 
 
 def results(measured: Mapping[int, Arrays]) -> PredatorRing:
     """Return the results of the jobs of ``jobs``."""
-    numbers = [measured[n]["numbers"] for n in SIZES]
     return PredatorRing(
-        limits={name: _limit(name, [rows[at] for rows in numbers]) for at, name in enumerate(CLOSED_FORMS)},
-        num_flocks=tuple(rows.shape[1] for rows in numbers),
+        limits={name: _limit(name, [measured[n][name] for n in SIZES]) for name in CLOSED_FORMS},
+        num_flocks=tuple(len(measured[n]["inner radius"]) for n in SIZES),
         ring=measured[max(SIZES)]["rings"][:, 0].tolist(),
     )
 
 
 def _limit(name: str, values: list[FloatArray]) -> Limit:
-    """Return a number and its limit: the intercept of a linear regression against 1 / n."""
-    correction = np.concatenate([np.full(len(found), 1 / n) for n, found in zip(SIZES, values, strict=True)])
-    fit = linregress(correction, np.concatenate(values))
-    half = half_width(fit.intercept_stderr**2, len(correction) - 2)
+    """Return a number and its limit from values by ``SIZES``: the intercept of a regression against 1 / n."""
+    inverse_sizes = np.repeat([1 / n for n in SIZES], [len(found) for found in values])
+    fit = linregress(inverse_sizes, np.concatenate(values))
+    half = half_width(fit.intercept_stderr**2, len(inverse_sizes) - 2)
     limit = Estimate(float(fit.intercept), float(fit.intercept - half), float(fit.intercept + half))
     return Limit(CLOSED_FORMS[name], limit, tuple(float(found.mean()) for found in values))
 
@@ -184,8 +181,7 @@ def figure(results: PredatorRing) -> Figure:
     figure = Figure(figsize=(WIDTH, 3.3), layout="constrained")
     grid = figure.add_gridspec(2, 4)
     picture = figure.add_subplot(grid[:, :2])
-    x, y = np.array(results.ring).T
-    picture.plot(x, y, ".", color=LIGHT.ink, ms=2)
+    picture.plot(*np.array(results.ring).T, ".", color=LIGHT.ink, ms=2)
     picture.plot(0, 0, "o", color=LIGHT.predator, ms=6)
     angle = np.linspace(0, 2 * np.pi, 200)
     for radius in (INNER, OUTER):

@@ -3,8 +3,6 @@
 Maynard Smith and Price, "The logic of animal conflict" (1973), define stability: no mutant does better.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
@@ -24,9 +22,8 @@ from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.options import EnvOptions
 from flockesc_env.scenario.presets import as_scenario
 from studies.measurements import means, share_of, sign, split
-from studies.style import letter
+from studies.style import letter, subplots
 from studies.validation import Verdict
-from training.figure_style import WIDTH
 
 RANGES: Final = (0.0, 5.0, 10.0, 15.0, 20.0, 25.0, 30.0, 40.0, 60.0, 100.0, 150.0)
 """Interaction ranges of residents and mutants in m."""
@@ -70,7 +67,7 @@ class Game:
 
     def stable(self) -> list[float]:
         """Return the ranges to which no other range is the reply."""
-        return [a for a, reply in zip(RANGES, self.replies, strict=True) if a == reply]
+        return [resident for resident, reply in zip(RANGES, self.replies, strict=True) if resident == reply]
 
     @property
     def is_invaded(self) -> bool:
@@ -87,43 +84,50 @@ class StableRange:
 
 
 def play(
-    scenario: FlockScenario, at: NDArray[np.int64], seeds: range, steps: int
+    scenario: FlockScenario, ranges: NDArray[np.int64], seeds: range, steps: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return the agents' distances after every ``steps`` steps, and who survives, as 0 and 1.
+    """Return the agents' distances in m after every ``steps`` steps, and who survives, as 0 and 1.
 
-    ``at`` are indices of ``RANGES``, shape (seeds, flocks per seed, agents).
+    ``ranges`` are indices of ``RANGES``, shape (seeds, flocks per seed, agents).
     """
     grid: dict[str, Any] = {"action_mode": "discrete", "range_grid": RANGES, "max_range": RANGES[-1]}
     options = EnvOptions(**grid, steps_per_action=steps, reward="individual_distance", count_components=False)
-    count = at.shape[0] * at.shape[1]
+    flocks_per_seed = ranges.shape[1]
+    count = len(seeds) * flocks_per_seed
     batch = FlockBatch(scenario, options, num_flocks=count, per_agent=True, num_threads=1)
-    batch.reset(range(count), np.repeat(seeds, at.shape[1]).tolist())
-    rewards = [batch.step(at.ravel())[1] for _ in range(scenario.num_steps // steps)]
+    batch.reset(range(count), np.repeat(seeds, flocks_per_seed).tolist())
+    rewards = [batch.step(ranges.ravel())[1] for _ in range(scenario.num_steps // steps)]
     distances = np.stack(rewards) * scenario.num_steps
-    return distances.reshape(-1, *at.shape), np.where(batch.core.caught(), 0.0, 1.0).reshape(at.shape)
+    alive = np.where(batch.core.caught(), 0.0, 1.0)
+    return distances.reshape(-1, *ranges.shape), alive.reshape(ranges.shape)
 
 
 def payoffs(resident: float, seeds: range) -> FloatArray:
     """Return the payoffs of all agents, shape (payoffs, seeds, mutants' ranges, agents)."""
-    at = np.full((len(seeds), len(RANGES), PREY.num_agents), RANGES.index(resident))
-    at[..., :MUTANTS] = np.arange(len(RANGES))[:, None]
-    distances, _ = play(PREY, at, seeds, 1)
-    smallest = distances.mean(axis=-1).argmin(axis=0)
-    now = np.take_along_axis(distances, smallest[None, ..., None], axis=0)[0]
-    _, alive = play(CAUGHT, at, seeds, CAUGHT.num_steps)
-    return np.stack([now, distances.min(axis=0), alive])
+    ranges = np.full((len(seeds), len(RANGES), PREY.num_agents), RANGES.index(resident))
+    ranges[..., :MUTANTS] = np.arange(len(RANGES))[:, None]
+    distances, _ = play(PREY, ranges, seeds, steps=1)
+    smallest = distances.mean(axis=-1).argmin(axis=0)  # the step of the smallest mean distance
+    then = np.take_along_axis(distances, smallest[None, ..., None], axis=0)[0]
+    _, alive = play(CAUGHT, ranges, seeds, steps=CAUGHT.num_steps)
+    return np.stack([then, distances.min(axis=0), alive])
 
 
 def measure(resident: float, seeds: range) -> Arrays:
-    """Return the group's payoffs and the changes that mutants make, shape (payoffs, seeds, mutants' ranges).
+    """Return the group's payoffs and the changes that mutants make.
 
     Changes are differences to the same agents of the same flock without mutants.
+
+    Returns:
+        ``group``, shape (payoffs, seeds); ``gain``, ``advantage`` and ``shuffled``, shape (payoffs, seeds,
+        mutants' ranges). ``shuffled`` is the advantage of agents that are drawn at random.
     """
-    own, alike = payoffs(resident, seeds), RANGES.index(resident)
-    change = own - own[:, :, [alike]]
+    found = payoffs(resident, seeds)
+    without_mutants = found[:, :, [RANGES.index(resident)]]
+    change = found - without_mutants
     shuffled = np.random.default_rng((seeds[0], int(resident))).permuted(change, axis=-1)
     return {
-        "group": own[:, :, alike].mean(axis=-1),
+        "group": without_mutants[:, :, 0].mean(axis=-1),
         "gain": change[..., :MUTANTS].mean(axis=-1),
         "advantage": change[..., :MUTANTS].mean(axis=-1) - change[..., MUTANTS:].mean(axis=-1),
         "shuffled": shuffled[..., :MUTANTS].mean(axis=-1) - shuffled[..., MUTANTS:].mean(axis=-1),
@@ -132,9 +136,10 @@ def measure(resident: float, seeds: range) -> Arrays:
 
 def jobs(scale: float) -> dict[tuple[str, float], list[Job]]:
     """Return the jobs by split and range of the residents, for ``results``."""
+    seeds = {name: share_of(purpose, FLOCKS, scale, least=4) for name, purpose in SPLITS.items()}
     return {
-        (name, a): split(f"{__name__}:measure", (a,), share_of(purpose, FLOCKS, scale, 4), 10, 0.2)
-        for (name, purpose), a in product(SPLITS.items(), RANGES)
+        (name, resident): split(measure, resident, flocks=seeds[name], size=10, seconds=0.2)
+        for name, resident in product(SPLITS, RANGES)
     }
 
 
@@ -145,23 +150,21 @@ def results(measured: Mapping[tuple[str, float], Arrays]) -> StableRange:
 
 
 def _game(measured: Mapping[tuple[str, float], Arrays], payoff: int) -> Game:
-    def values(purpose: str, name: str) -> FloatArray:  # shape (residents, [mutants,] flocks)
-        return np.array([measured[purpose, a][name][payoff].T for a in RANGES])
+    def values(purpose: str, name: str) -> FloatArray:
+        """Return an array of ``measure`` by resident; shape (residents, [mutants' ranges,] flocks)."""
+        return np.array([measured[purpose, resident][name][payoff].T for resident in RANGES])
 
     best = argmax(np.array(RANGES), values("tuning", "group"))
-    replies = [_reply(at, rows) for at, rows in enumerate(values("tuning", "advantage"))]
+    replies = [_reply(resident, rows) for resident, rows in enumerate(values("tuning", "advantage"))]
     start = RANGES.index(best.mean)
-    path = [start]
-    while replies[path[-1]] not in path:
-        path.append(replies[path[-1]])
-    cycle = path[path.index(replies[path[-1]]) :]
+    cycle = _cycle(start, replies)
     group = values("held_out", "group")
     return Game(
         group=means(group),
         best=best,
         advantage=tuple(means(rows) for rows in values("held_out", "advantage")),
         replies=tuple(RANGES[reply] for reply in replies),
-        cycle=tuple(RANGES[at] for at in cycle),
+        cycle=tuple(RANGES[resident] for resident in cycle),
         price=mean(group[start] - group[cycle].mean(axis=0)),
         gain=mean(values("held_out", "gain")[start, replies[start]]),
         control=mean(values("held_out", "shuffled").mean(axis=(0, 1))),
@@ -169,9 +172,17 @@ def _game(measured: Mapping[tuple[str, float], Arrays], payoff: int) -> Game:
 
 
 def _reply(resident: int, advantages: FloatArray) -> int:
-    """Return the index of the reply to a range from the advantages, shape (mutants, flocks)."""
-    invaders = [at for at, advantage in enumerate(means(advantages)) if advantage.low > 0]
-    return max(invaders, key=lambda at: advantages[at].mean(), default=resident)
+    """Return the index of the reply to a range from the advantages, shape (mutants' ranges, flocks)."""
+    invaders = [mutant for mutant, advantage in enumerate(means(advantages)) if advantage.low > 0]
+    return max(invaders, key=lambda mutant: advantages[mutant].mean(), default=resident)
+
+
+def _cycle(start: int, replies: list[int]) -> list[int]:
+    """Return the indices to which repeated replies from a start lead, and between which they then go on."""
+    path = [start]
+    while replies[path[-1]] not in path:
+        path.append(replies[path[-1]])
+    return path[path.index(replies[path[-1]]) :]
 
 
 def verdict(results: StableRange) -> Verdict:
@@ -181,20 +192,19 @@ def verdict(results: StableRange) -> Verdict:
 
 def figure(results: StableRange) -> Figure:
     """Draw the advantage by ranges of residents and mutants, a panel per payoff."""
-    figure = Figure(figsize=(WIDTH, 3.4), layout="constrained")
+    figure, panels = subplots(3.4, 1, len(PAYOFFS))
     colors = LinearSegmentedColormap.from_list("advantage", (LIGHT.predator, LIGHT.page, LIGHT.accent))
-    names = [f"{a:g}" for a in RANGES]
-    for index, (name, game) in enumerate(results.games.items()):
-        axes = figure.add_subplot(1, 3, index + 1)
-        values = np.array([[e.mean * abs(sign(e)) for e in row] for row in game.advantage])
-        most = np.abs(values).max()
-        mesh = axes.imshow(
-            values, cmap=colors, norm=SymLogNorm(most / 20, vmin=-most, vmax=most), origin="lower"
-        )
+    names = [f"{rho:g}" for rho in RANGES]
+    for index, (axes, (name, game)) in enumerate(zip(panels, results.games.items(), strict=True)):
+        # A cell whose interval includes 0 is blank.
+        shown = np.array([[cell.mean * abs(sign(cell)) for cell in row] for row in game.advantage])
+        most = np.abs(shown).max()
+        norm = SymLogNorm(most / 20, vmin=-most, vmax=most)
+        mesh = axes.imshow(shown, cmap=colors, norm=norm, origin="lower")
         figure.colorbar(mesh, ax=axes, location="bottom", ticks=[-most, 0, most], format="%.2g")
         axes.plot([RANGES.index(reply) for reply in game.replies], range(len(RANGES)), ".", color=LIGHT.ink)
-        at = RANGES.index(game.best.mean)
-        axes.plot(at, at, "s", color=LIGHT.learned, mfc="none", ms=11)
+        best = RANGES.index(game.best.mean)
+        axes.plot(best, best, "s", color=LIGHT.learned, mfc="none", ms=11)
         axes.set_xticks(range(len(RANGES)), names, rotation=90)
         axes.set_yticks(range(len(RANGES)), names)
         axes.set(xlabel="range of mutants (m)", ylabel="range of residents (m)")

@@ -1,7 +1,5 @@
 """The parts as one study: their results, figures and page."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -64,10 +62,7 @@ def measure(runner: Runner, output: Path, only: Iterable[str], scale: float) -> 
     share = "" if scale == 1 else f" --scale {scale:g}"
     for name in only:
         groups = {
-            key: [
-                Job(f"{__name__}:timed", (job.function, job.arguments), job.seconds)
-                for job in ([group] if isinstance(group, Job) else group)
-            ]
+            key: [Job(f"{__name__}:timed", (job.function, job.arguments), job.seconds) for job in group]
             for key, group in part(name).jobs(scale).items()
         }
         measured = runner.run(groups, f"Measuring {name}")

@@ -4,8 +4,6 @@ Vicsek, Czirok, Ben-Jacob, Cohen and Shochet, "Novel type of phase transition in
 particles" (1995), Figure 2a.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -63,11 +61,8 @@ class OrderAgainstNoise:
 def periodic_flock(num_agents: int, **fields: Any) -> FlockScenario:
     """Return the Vicsek model with time step 1 and interaction range 1, which starts aligned."""
     side, aligned = (num_agents / DENSITY) ** 0.5, AlignedHeadings((1.0, 0.0), 0.0)
-    fields = {"initial_headings": aligned, **fields}
-    sides = {"initial_side": side, "periodic_side": side}
-    return FlockScenario(
-        num_agents=num_agents, time_step=1.0, motion=Vicsek(), predators=(), **sides, **fields
-    )
+    fields = {"initial_headings": aligned, "initial_side": side, "periodic_side": side, **fields}
+    return FlockScenario(num_agents=num_agents, time_step=1.0, motion=Vicsek(), predators=(), **fields)
 
 
 def mean_order(scenario: FlockScenario, noises: Sequence[float], skip: int, seeds: range) -> Arrays:
@@ -83,11 +78,11 @@ def jobs(scale: float) -> dict[str, list[Job]]:
     flocks["random"] = periodic_flock(CONTROL, **fields, initial_headings=RandomHeadings())
     return {
         name: split(
-            f"{__name__}:mean_order",
-            (flock, NOISES, SKIP),
-            share_of(HELD_OUT, SIZES[flock.num_agents], scale, 4),
-            1,
-            5e-3 * flock.num_agents,
+            mean_order,
+            *(flock, NOISES, SKIP),
+            flocks=share_of(HELD_OUT, SIZES[flock.num_agents], scale, least=4),
+            size=1,
+            seconds=5e-3 * flock.num_agents,
         )
         for name, flock in flocks.items()
     }
@@ -114,12 +109,10 @@ def exact(num_agents: int) -> float:
 
 def verdict(results: OrderAgainstNoise) -> Verdict:
     """Return the verdict by the rule on the page."""
-    falls_with_noise = all(
-        after.high < before.low for row in results.order for before, after in pairwise(row)
-    )
+    falls = all(after.high < before.low for row in results.order for before, after in pairwise(row))
     is_sharper = results.falls[-1].high < results.falls[0].low
     are_independent = all(abs(end - 1) < TOLERANCE for e in results.independent for end in (e.low, e.high))
-    return Verdict.of(falls_with_noise, is_sharper, are_independent)
+    return Verdict.of(falls, is_sharper, are_independent)
 
 
 def figure(results: OrderAgainstNoise) -> Figure:

@@ -4,12 +4,10 @@ Worlds differ from the paper's flock in what a warning could depend on. In each,
 twice: agents that no predator has reached hear those that one has reached, or they do not.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import product
-from typing import Final
+from itertools import product, starmap
+from typing import Final, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -74,12 +72,18 @@ class World:
 
 
 WORLDS: Final = tuple(
-    World(*world, captures)
-    for world in product(HEADINGS, PREDATORS, SPEEDS, SENSING, ALIGNMENTS)
-    for captures in (False, True)
-    if world[1] == "pursuit" or not captures
+    world
+    for world in starmap(World, product(HEADINGS, PREDATORS, SPEEDS, SENSING, ALIGNMENTS, (False, True)))
+    if world.predator == "pursuit" or not world.captures
 )
 PAPER: Final = World("random", "straight", SPEEDS[0], 30.0, 1.0, captures=False)
+
+
+class EndGains(NamedTuple):
+    """Gains of a range over both ends of ``RANGES``."""
+
+    over_shortest: Estimate
+    over_longest: Estimate
 
 
 @dataclass(frozen=True)
@@ -88,16 +92,16 @@ class Warned:
 
     Units are m, or the share of agents. ``best`` is chosen on tuning flocks that hear warnings. ``value`` is
     the objective under the best range minus that under the best range of flocks that hear none, which is
-    chosen on tuning flocks, too. ``hearing`` and ``blocked`` are gains of ``best`` over the shortest and the
-    longest range. ``removed`` is what blocking takes from the gain over the shortest one, minus half of it.
+    chosen on tuning flocks, too. ``hearing`` and ``blocked`` are gains of ``best`` with and without warnings.
+    ``removed`` is what blocking takes from the gain over the shortest range, minus half of it.
     """
 
     world: World
     objective: str
     best: float
     value: Estimate
-    hearing: tuple[Estimate, Estimate]
-    blocked: tuple[Estimate, Estimate]
+    hearing: EndGains
+    blocked: EndGains
     removed: Estimate
 
     @property
@@ -126,43 +130,44 @@ class ValueOfWarnings:
 
 def play(world: World, seeds: range) -> Arrays:
     """Return every objective under ``RANGES`` of flocks that hear warnings, and of those that hear none."""
-    found = {
-        name: sweep(world.scenario.replace(blocks_warnings=name == "blocked"), RANGES, seeds)
-        for name in ("hearing", "blocked")
-    }
-    return {f"{name} {one}": getattr(found[name], one) for name in found for one in world.objectives}
+    found: Arrays = {}
+    for name, is_blocked in (("hearing", False), ("blocked", True)):
+        flocks = sweep(world.scenario.replace(blocks_warnings=is_blocked), RANGES, seeds)
+        found |= {f"{name} {objective}": getattr(flocks, objective) for objective in world.objectives}
+    return found
 
 
 def jobs(scale: float) -> dict[tuple[World, str], list[Job]]:
     """Return the jobs by world and split, for ``results``."""
-    return {
-        (world, purpose): split(f"{__name__}:play", (world,), share_of(of, count, scale, 4), 50, 0.3)
-        for world in WORLDS
-        for count in [PAPER_FLOCKS if world == PAPER else FLOCKS]
-        for purpose, of in (("tuning", TUNING), ("held-out", HELD_OUT))
-    }
+    found: dict[tuple[World, str], list[Job]] = {}
+    for world, (purpose, seeds) in product(WORLDS, {"tuning": TUNING, "held-out": HELD_OUT}.items()):
+        flocks = share_of(seeds, PAPER_FLOCKS if world == PAPER else FLOCKS, scale, least=4)
+        found[world, purpose] = split(play, world, flocks=flocks, size=50, seconds=0.3)
+    return found
 
 
 def results(measured: Mapping[tuple[World, str], Arrays]) -> ValueOfWarnings:
     """Return the results of the jobs of ``jobs``."""
     worlds = tuple(_warned(world, one, measured) for world in WORLDS for one in world.objectives)
-    few, many = (measured[world, "held-out"]["hearing min_mean_distance"] for world in (WORLDS[1], PAPER))
-    return ValueOfWarnings(worlds, (len(few[0]), len(many[0])))
+    most, paper = (measured[world, "held-out"]["hearing min_mean_distance"] for world in (WORLDS[1], PAPER))
+    return ValueOfWarnings(worlds, num_flocks=(most.shape[1], paper.shape[1]))
 
 
 def _warned(world: World, objective: str, measured: Mapping[tuple[World, str], Arrays]) -> Warned:
-    names = f"hearing {objective}", f"blocked {objective}"
-    best, without = (int(measured[world, "tuning"][name].mean(axis=1).argmax()) for name in names)
-    hearing, blocked = (measured[world, "held-out"][name] for name in names)
-    gains, left = hearing[best] - hearing[[0, -1]], blocked[best] - blocked[[0, -1]]
+    """Return the result for an objective in a world."""
+    tuning, held_out = measured[world, "tuning"], measured[world, "held-out"]
+    hearing, blocked = held_out[f"hearing {objective}"], held_out[f"blocked {objective}"]  # (ranges, flocks)
+    best = int(tuning[f"hearing {objective}"].mean(axis=1).argmax())
+    best_blocked = int(tuning[f"blocked {objective}"].mean(axis=1).argmax())
+    gain, gain_blocked = hearing[best] - hearing[0], blocked[best] - blocked[0]
     return Warned(
         world=world,
         objective=objective,
         best=RANGES[best],
-        value=mean(hearing[best] - blocked[without]),
-        hearing=(mean(gains[0]), mean(gains[1])),
-        blocked=(mean(left[0]), mean(left[1])),
-        removed=mean(gains[0] / 2 - left[0]),
+        value=mean(hearing[best] - blocked[best_blocked]),
+        hearing=EndGains(mean(gain), mean(hearing[best] - hearing[-1])),
+        blocked=EndGains(mean(gain_blocked), mean(blocked[best] - blocked[-1])),
+        removed=mean(gain / 2 - gain_blocked),
     )
 
 
@@ -177,11 +182,11 @@ def figure(results: ValueOfWarnings) -> Figure:
     columns = tuple(product(SENSING, ALIGNMENTS))
     for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
         shown = [each for each in results.worlds if each.objective == spec.name]
-        worlds = [(each.world.headings, each.world.predator, each.world.speed) for each in shown]
-        rows = list(dict.fromkeys(worlds))
+        rows = list(dict.fromkeys(_row(each.world) for each in shown))
         values = np.full((len(rows), len(columns)), np.nan)
-        for each, world in zip(shown, worlds, strict=True):
-            row, column = rows.index(world), columns.index((each.world.sensing, each.world.alignment))
+        for each in shown:
+            row = rows.index(_row(each.world))
+            column = columns.index((each.world.sensing, each.world.alignment))
             values[row, column] = each.value.mean
             if each.decides:
                 axes.plot(column, row, "o", color=LIGHT.ink, ms=5)
@@ -192,8 +197,12 @@ def figure(results: ValueOfWarnings) -> Figure:
         label, ticks = spec.with_unit("value of a warning"), (-most, 0, most)
         figure.colorbar(image, ax=axes, location="bottom", label=label, ticks=ticks, format="%.2g")
         axes.set_xticks(range(len(columns)), [f"{sensing:g} m, {a:g}" for sensing, a in columns], rotation=90)
-        names = [f"{start}, {kind}, {speed:.0f} m/s" for start, kind, speed in rows]
-        axes.set_yticks(range(len(rows)), [] if index == 1 else names)  # (b) has the rows of (a)
+        axes.set_yticks(range(len(rows)), [] if index == 1 else rows)  # (b) has the rows of (a)
         axes.tick_params(labelsize="small")
         letter(axes, index, spec.symbol)
     return figure
+
+
+def _row(world: World) -> str:
+    """Return the name of the row of a world in the figure."""
+    return f"{world.headings}, {world.predator}, {world.speed:.0f} m/s"

@@ -33,6 +33,8 @@ pytestmark = pytest.mark.filterwarnings(
     # Agents and predators have different observation spaces, which the suite advises against.
     "ignore:Agents have different observation space sizes:UserWarning",
     "ignore:Observations are different shapes:UserWarning",
+    # The only flock is called `flock`.
+    "ignore:We recommend agents to be named in the format:UserWarning",
 )
 
 
@@ -67,7 +69,9 @@ def check_agents(scenario: FlockScenario, **options: Any) -> None:
 @every_option(**table.FLOCK, dimension=table.DIMENSIONS)
 def test_flock(options: dict[str, Any]) -> None:
     options = dict(options)
-    check_single(FLOCK_ID, table.small_flock(options.pop("dimension")), options)
+    scenario = table.small_flock(options.pop("dimension"))
+    check_single(FLOCK_ID, scenario, options)
+    check_agents(scenario, per_agent=False, **options)
 
 
 @every_option(**table.LINE)
@@ -85,7 +89,8 @@ def test_agents(options: dict[str, Any]) -> None:
 def test_captures(dimension: int, objective: str, capture_radius: float) -> None:
     scenario = table.hunted(dimension, capture_radius=capture_radius)
     check_single(FLOCK_ID, scenario, {"objective": objective, **table.EVERY_STEP})
-    check_agents(scenario, objective=objective, **table.EVERY_STEP)
+    for per_agent in (True, False):
+        check_agents(scenario, objective=objective, per_agent=per_agent, **table.EVERY_STEP)
 
 
 @pytest.mark.parametrize("dimension", table.DIMENSIONS)
@@ -96,4 +101,5 @@ def test_learned_predators(dimension: int, options: dict[str, Any]) -> None:
     check_gymnasium(PredatorEnv(table.small_flock(dimension), **options), skip_render_check=True)
     check_sb3(PredatorEnv(table.small_flock(dimension), **options))
     hunters = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
-    check_agents(table.small_flock(dimension, num_agents=12, predators=hunters, capture_radius=12.0))
+    scenario = table.small_flock(dimension, num_agents=12, predators=hunters, capture_radius=12.0)
+    check_agents(scenario, per_agent=options.get("per_agent", False))

@@ -1,19 +1,38 @@
-"""The Gymnasium contract: actions, episodes, views of the current state, and seeds in every interface."""
+"""The contracts of Gymnasium and PettingZoo: actions, whole episodes, views of the state, seeds."""
 
+import math
 import pickle
+from typing import Any
 
 import envs
 import gymnasium
 import numpy as np
 import pytest
-from envs import FLOCKS, RANDOM, info_of, same_action, start, state
+from envs import FLOCKS, RANDOM, draw, info_of, same_action, start
 from gymnasium.error import ResetNeeded
 from objective_values import INFO_KEYS
-from option_table import EVERY_STEP, small_flock
+from option_table import (
+    ACTION_MODES,
+    AGENT_REWARDS,
+    DIMENSIONS,
+    EVERY_STEP,
+    INDIVIDUAL_REWARDS,
+    OBJECTIVES,
+    doomed,
+    every_pair,
+    hunted,
+    small_flock,
+)
+from pettingzoo.utils import aec_to_parallel, parallel_to_aec
+from pettingzoo.utils.wrappers import ClipOutOfBoundsWrapper
+from same import spoil
 
 import flockesc_env as fe
-from flockesc_env.common.errors import InputError
+from flockesc_env import flockesc_v1
+from flockesc_env.common.errors import FlockescError, InputError
+from flockesc_env.envs.pettingzoo import FlockParallelEnv
 from flockesc_env.episodes.spaces import RangeActions
+from flockesc_env.scenario import Learned
 from flockesc_env.scenario.options import EnvOptions
 
 RHO = 25.0  # action -0.5 of [0, 100]
@@ -77,25 +96,6 @@ def test_an_episode_equals_the_simulation(interface: str, seed: int, dimension: 
     assert set(info) == INFO_KEYS | {"num_components"}
 
 
-def test_shapes_and_read_only_arrays() -> None:
-    scenario = small_flock(3, predators=RANDOM)
-    for env, rows in ((fe.parallel_env(scenario), 5), (fe.PredatorEnv(small_flock(3)), 1)):
-        env.reset(seed=0)
-        now = state(env.flock)
-        shapes = {name: value.shape for name, value in now.items() if isinstance(value, np.ndarray)}
-        count = len(env.scenario.predators)
-        assert shapes == {
-            **dict.fromkeys(("positions", "velocities"), (5, 3)),
-            **dict.fromkeys(("distances", "caught"), (5,)),
-            "interaction_range": (rows,),
-            **dict.fromkeys(("predator_positions", "predator_velocities"), (count, 3)),
-        }
-        with pytest.raises(ValueError, match="read-only"):
-            env.flock.positions[:] = 0.0
-        with pytest.raises(AttributeError):
-            env.flock.positions = now["positions"]
-
-
 def test_a_line() -> None:
     env = fe.LineEscapeEnv(fe.LineScenario(num_agents=5, max_steps=10))
     with pytest.raises(ResetNeeded):
@@ -144,3 +144,151 @@ def test_schedule_of_seeds() -> None:
     assert len(drawn) == 50 * 49
     assert min(drawn) >= 2**32
     assert max(drawn) < 2**63
+
+
+def test_unknown_reset_options_are_ignored_with_a_warning() -> None:
+    environment, twin = fe.parallel_env(small_flock()), fe.parallel_env(small_flock())
+    with pytest.warns(UserWarning, match="unknown options 'nonsense'"):
+        started = environment.reset(seed=4, options={"nonsense": 1})
+    np.testing.assert_equal(started, twin.reset(seed=4))
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+def test_the_flock_view_as_state_is_the_observation_of_the_flock(dimension: int) -> None:
+    flock = small_flock(dimension)
+    options: dict[str, Any] = {"action_mode": "range", **EVERY_STEP}
+    environment = fe.parallel_env(flock, state="flock_view", profile_ranges=(0.0, 5.0), **options)
+    whole = fe.FlockEscapeEnv(flock, **options)
+    assert environment.state_space == whole.observation_space
+    environment.reset(seed=0)
+    observation, _ = whole.reset(seed=0)
+    np.testing.assert_array_equal(environment.state(), observation)
+    for rho in (8.0, 0.0, 64.0):
+        environment.step_array(np.full((flock.num_agents, 1), rho, np.float32))
+        observation, *_ = whole.step(np.array([rho], np.float32))
+        np.testing.assert_array_equal(environment.state(), observation)
+    ranges = np.arange(flock.num_agents, dtype=np.float32)[:, np.newaxis]
+    environment.step_array(ranges)
+    at = whole.policy_spec.layout.index("last_range")
+    assert environment.state()[at] == pytest.approx(ranges.mean() / environment.options.max_range)
+
+
+@pytest.mark.parametrize("scenario", [small_flock(num_steps=40), doomed()], ids=["plain", "all caught"])
+@pytest.mark.parametrize("per_agent", [True, False])
+def test_conversions_play_the_same_episode(per_agent: bool, scenario: Any) -> None:
+    """There and back is the same environment; agents in turn, and with clipped actions, play its episode.
+
+    With one range it is the episode of ``FlockEscapeEnv``.
+    """
+    view: Any = {"per_agent": per_agent}
+    environment, alone = fe.parallel_env(scenario, **view), fe.FlockEscapeEnv(scenario)
+    assert aec_to_parallel(parallel_to_aec(environment)) is environment
+    assert type(aec_to_parallel(flockesc_v1.env(scenario, **view))) is FlockParallelEnv
+    back = aec_to_parallel(flockesc_v1.raw_env(scenario, **view))
+    clipped = aec_to_parallel(ClipOutOfBoundsWrapper(flockesc_v1.env(scenario, **view)))
+    assert FlockParallelEnv not in {type(back), type(clipped)}
+    np.testing.assert_equal(back.reset(seed=9), started := environment.reset(seed=9))
+    np.testing.assert_equal(clipped.reset(seed=9), started)
+    if not per_agent:
+        np.testing.assert_equal([part["flock"] for part in started], [*alone.reset(seed=9)])
+    while environment.agents:
+        actions = {agent: np.float32([(-1) ** i]) for i, agent in enumerate(environment.agents)}
+        expected = environment.step(actions)
+        np.testing.assert_equal(back.step(actions), expected)
+        np.testing.assert_equal(
+            clipped.step({agent: 3 * action for agent, action in actions.items()}), expected
+        )
+        if not per_agent:
+            np.testing.assert_equal([part["flock"] for part in expected], [*alone.step(actions["flock"])])
+    assert not back.agents
+    assert not clipped.agents
+
+
+HUNTERS = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
+SCENARIOS = {
+    "plain": small_flock(),
+    "capture": hunted(),
+    "two hunters": small_flock(num_agents=12, predators=HUNTERS),
+    "hunters that catch some": small_flock(3, num_agents=12, predators=HUNTERS, capture_radius=12.0),
+    "hunters that catch all": small_flock(num_agents=12, predators=HUNTERS, capture_radius=500.0),
+}
+
+
+def as_dicts(result: Any, names: list[str], reward: str) -> list[dict[str, Any]]:
+    """Return what ``step`` must return for all agents if ``step_array`` returned these arrays."""
+    rows, rewards, terminations, truncations, info = result
+    shared = dict(info)
+    ranges, seen = shared.pop("interaction_range"), shared.pop("predator_observations", ())
+    # The rewards of caught agents are 0.
+    paid = math.fsum(rewards) / len(rows) if reward in INDIVIDUAL_REWARDS else max(rewards, key=abs)
+    hunters = len(seen)
+    columns = (
+        [*rows, *seen],
+        [*rewards, *[0.0 - paid] * hunters],
+        [*terminations, *[terminations.all()] * hunters],
+        [*truncations, *[truncations.any()] * hunters],
+        [*({**shared, "interaction_range": rho} for rho in ranges), *[shared] * hunters],
+    )
+    return [dict(zip(names, column, strict=True)) for column in columns]
+
+
+@every_pair(
+    kind=SCENARIOS,
+    mode=ACTION_MODES,
+    reward=AGENT_REWARDS,
+    objective=OBJECTIVES,
+    infos=("all", "end"),
+    steps_per_action=(1, 4),
+)
+def test_dicts_equal_the_arrays(
+    kind: str, mode: str, reward: str, objective: str, infos: Any, steps_per_action: int
+) -> None:
+    """Stepped with dicts, with arrays, or with both in turn; then all that was returned is changed."""
+    scenario, options = SCENARIOS[kind], {"action_mode": mode, "reward": reward, "objective": objective}
+    options |= {"steps_per_action": steps_per_action, "count_components": True, "max_range": 100.0}
+    dicts, mixed = (fe.parallel_env(scenario, infos=infos, **options) for _ in range(2))
+    arrays, names = fe.parallel_env(scenario, **options), dicts.possible_agents
+    flock, hunters = names[: scenario.num_agents], names[scenario.num_agents :]
+    start = {"initial_positions": np.eye(scenario.num_agents)[:, : scenario.dimension]}
+    for seed, given in ((3, None), (8, start), (None, {})):
+        started = dicts.reset(seed=seed, options=given)
+        np.testing.assert_equal(mixed.reset(seed=seed, options=given), started)
+        rows, info = arrays.reset_array(seed=seed, options=given)
+        at_rest = np.zeros(len(flock)), np.zeros(len(flock), bool), np.zeros(len(flock), bool)
+        expected = as_dicts((rows, *at_rest, info), names, reward)
+        np.testing.assert_equal(started, (expected[0], expected[-1]))
+        spoil((started, rows, info))
+        rng, is_array_turn, terminations = np.random.default_rng(1), True, at_rest[1]
+        while acting := dicts.agents:
+            assert arrays.agents == mixed.agents == acting
+            actions, is_caught = draw(dicts, rng), terminations
+            # Actions of caught agents are ignored.
+            ignored = np.array(10**6) if mode == "discrete" else np.full(1, np.nan)
+            in_flock = np.array([actions.get(agent, ignored) for agent in flock])
+            pushes = np.array([actions[agent] for agent in hunters]) if hunters else None
+            result = arrays.step_array(in_flock, pushes)
+            in_turn = mixed.step_array(in_flock, pushes) if is_array_turn else mixed.step(actions)
+            stepped = dicts.step(actions)
+            np.testing.assert_equal(in_turn, result if is_array_turn else stepped)
+            is_array_turn = not is_array_turn
+            expected = as_dicts(result, names, reward)
+            ended = [agent for agent in acting if expected[2][agent] or expected[3][agent]]
+            if infos == "end":
+                expected[-1] |= {agent: {} for agent in acting if agent not in ended}
+            for part, whole in zip(stepped, expected, strict=True):
+                np.testing.assert_equal(part, {agent: whole[agent] for agent in acting})
+            assert dicts.agents == [agent for agent in acting if agent not in ended]
+            _, rewards, terminations, truncations = result[:-1]
+            assert [part.dtype for part in result[:-1]] == [np.float32, np.float64, np.bool, np.bool]
+            for values, cell in zip(stepped[1:], (float, bool, bool, dict), strict=True):
+                assert list(values) == acting
+                assert {type(value) for value in values.values()} == {cell}
+            assert not result[0][terminations].any()
+            assert not rewards[is_caught].any()
+            assert terminations[is_caught].all()
+            assert not (terminations & truncations).any()
+            terminations = terminations.copy()
+            spoil((stepped, in_turn, result, actions, in_flock, pushes))
+    for call in (lambda: arrays.step_array(in_flock, pushes), lambda: mixed.step({})):
+        with pytest.raises(FlockescError):
+            call()

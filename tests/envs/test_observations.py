@@ -1,5 +1,6 @@
 """Every observation entry against its definition in docs/model.md, in plain NumPy."""
 
+import dataclasses
 import math
 from typing import Any
 
@@ -103,7 +104,9 @@ def test_entries(
 ) -> None:
     scenario, options, rng = case
     if has_all:
-        options = options.replace(profile_ranges=RANGES if per_agent else None, extra_entries=ENTRIES)
+        options = dataclasses.replace(
+            options, profile_ranges=RANGES if per_agent else None, extra_entries=ENTRIES
+        )
     state = random_start(scenario, rng)
     agent, chance = rng.integers(scenario.num_agents), rng.random()
     if not per_agent and chance < 0.5:

@@ -33,36 +33,11 @@ from flockesc_env.sb3 import vec_env
 from flockesc_env.scenario import Learned, PurePursuit, Topological, approach
 from flockesc_env.scenario.options import EnvOptionsDict, LineOptionsDict
 
-# Entries that the action space rejects.
-BAD_ENTRIES = {
-    "normalized": [np.nan, np.inf, -np.inf, 1.001, -1.001],
-    "range": [np.nan, np.inf, -np.inf, fe.EnvOptions.max_range + 0.1, -0.1],
-    "discrete": [-1, 21, 10**9],
-}
-
 
 def refused_field(environment: Any, actions: Any) -> str:
     with pytest.raises(InputError) as caught:
         environment.step(actions)
     return caught.value.field
-
-
-@pytest.mark.parametrize("mode", BAD_ENTRIES)
-@pytest.mark.parametrize("interface", ["vector", "agent vector", "flock slots", "agent slots"])
-def test_a_stack_of_actions(interface: str, mode: str) -> None:
-    """All slots stay where they are, not only the one whose action is bad."""
-    count = {} if interface == "agent vector" else {"num_flocks": 3}
-    environment, twin = (FLOCKS[interface](FLOCK, action_mode=mode, **count) for _ in range(2))
-    for each in (environment, twin):
-        start(each, 0)
-    actions = np.stack([np.int64(3) if mode == "discrete" else np.float32([0.5])] * environment.num_envs)
-    for entry in BAD_ENTRIES[mode]:
-        bad = actions.copy()
-        bad[2] = entry
-        assert refused_field(environment, bad) == "action[2]", entry
-    for form in (actions[:-1], actions[..., np.newaxis], actions.astype(bool), actions.astype(object)):
-        assert refused_field(environment, form) == "action"
-    np.testing.assert_equal(environment.step(actions), twin.step(actions))
 
 
 def test_who_acts() -> None:
@@ -168,7 +143,7 @@ CHASED = {name: make for name, make in FLOCK_RUNS.items() if name != "predator"}
 LINE, HUNTED = fe.LineScenario(), small_flock(predators=(PurePursuit(),))
 REFUSED: list[tuple[dict[str, Any], Any, dict[str, Any], str, str]] = [
     (FLOCK_RUNS, FLOCK, {"rewards": "terminal"}, "rewards", "did you mean reward"),
-    (FLOCK_RUNS, FLOCK, {"xyz": 3}, "xyz", "expected one of action_mode, "),
+    (FLOCK_RUNS, FLOCK, {"xyz": 3}, "xyz", "expected one of .*action_mode, "),
     (FLOCK_RUNS, FLOCK, {"num_agents": 3}, "num_agents", r"pass scenario=FlockScenario\(num_agents=\.\.\.\)"),
     (LINES, LINE, {"rewards": "terminal"}, "rewards", "did you mean reward"),
     (LINES, LINE, {"num_agents": 3}, "num_agents", r"pass scenario=LineScenario\(num_agents=\.\.\.\)"),
@@ -245,7 +220,7 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
             ({"interaction_range": np.ones((10, 5))}, "interaction_range"),
             ({"policy": fe.ScheduledRange(np.ones((5, 10)))}, "schedule"),
             ({"interaction_range": 1.0, "initial_positions": table.POINTS.T}, "initial_positions"),
-            ({"interaction_range": 1.0, "initial_positions": table.POINTS * 1e30}, "initial_positions[0, 1]"),
+            ({"interaction_range": 1.0, "initial_positions": table.POINTS * 1e30}, "initial_positions[0, 0]"),
         )
     ),
     *(

@@ -28,7 +28,7 @@ from same import same
 import flockesc_env as fe
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.policies import Pursue
+from flockesc_env.policies import Pursue, StubbornLeaders
 from flockesc_env.scenario import Learned, Topological
 
 NAME = "flockesc_env:flockesc/FlockEscape-v1"
@@ -43,8 +43,9 @@ class Twins:
 
     def __init__(self, autoreset_mode: AutoresetMode, **options: Any) -> None:
         options = {"scenario": small_flock(), **EVERY_STEP, **options}
-        self.native = BatchVectorEnv(SLOTS, autoreset_mode=autoreset_mode, **options)
-        make = partial(gymnasium.make, NAME, disable_env_checker=True)
+        name = options.pop("name", NAME)
+        self.native: Any = gymnasium.make_vec(name, SLOTS, autoreset_mode=autoreset_mode, **options)
+        make = partial(gymnasium.make, name, disable_env_checker=True)
         makers = [partial(make, **options | {"scenario": each}) for each in self.native.scenarios]
         self.sync = SyncVectorEnv(makers, autoreset_mode=autoreset_mode)
         self.sync.action_space.seed(0)
@@ -77,6 +78,8 @@ class Twins:
 
 LONG: dict[str, Any] = {"scenario": small_flock(num_steps=100)}
 CHASED = small_flock(predators=[Learned(max_speed=24.0)])
+CAUGHT = CHASED.replace(capture_radius=12.0)
+HUNTER = "flockesc_env:flockesc/Predator-v1"
 DOOMED: dict[str, Any] = {"scenario": doomed(), "objective": "fraction_surviving", "num_threads": 3}
 CASES: list[dict[str, Any]] = [
     *(
@@ -86,6 +89,8 @@ CASES: list[dict[str, Any]] = [
     {"scenario": SEVERAL, "num_threads": 2, "extra_entries": ("escape_direction",), "max_range": 4.0},
     {"scenario": 2 * [CHASED, CHASED.replace(num_steps=7)], "predator_policy": Pursue()},
     *({**DOOMED, "steps_per_action": steps} for steps in (1, 3)),
+    *({"name": HUNTER, "scenario": [s] * 3 + [s.replace(num_steps=7)]} for s in (CHASED, CAUGHT)),
+    {"name": HUNTER, "scenario": CAUGHT, "flock_policy": StubbornLeaders(), "max_episode_steps": 6},
     {"max_episode_steps": 1, **LONG},
     {"max_episode_steps": 10, "action_mode": "range", "reward": "terminal", **LONG},
     {"max_episode_steps": 10, "action_mode": "discrete", "steps_per_action": 3, **LONG},

@@ -1,5 +1,6 @@
 """What others put around an environment: ids, wrappers, and the loops of stable-baselines3."""
 
+import dataclasses
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -19,9 +20,8 @@ from stable_baselines3.common.callbacks import CheckpointCallback, EvalCallback
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
 import flockesc_env
-from flockesc_env.registration import FIXED
-from flockesc_env.sb3 import vec_env
 from flockesc_env.taskset import tasks
+from flockesc_env.taskset.registration import FIXED
 
 FLOCK, LINE = small_flock(), flockesc_env.LineScenario(num_agents=20, max_steps=10)
 
@@ -72,7 +72,7 @@ def test_the_limit_of_an_id_is_that_of_its_scenario(name: str) -> None:
 @pytest.mark.parametrize("task", tasks.values(), ids=tasks)
 def test_an_id_of_a_task_makes_its_environment(task: Any) -> None:
     """Its number of actions is in the spec; what would change the task is refused."""
-    count: Any = {"num_envs": task.policy_spec().rows} if task.per_agent else {}
+    count: Any = {"num_envs": task.policy_spec.rows} if task.per_agent else {}
     make: Any = gymnasium.make_vec if task.per_agent else gymnasium.make
     for env in (make(task.id, **count).unwrapped, task.vec_env(2, learner=None)):
         spec, scenario, options = (
@@ -80,10 +80,10 @@ def test_an_id_of_a_task_makes_its_environment(task: Any) -> None:
             for name in ("spec", "scenario", "options")
         )
         assert spec.id == task.id
-        assert spec.max_episode_steps == task.policy_spec().num_actions
+        assert spec.max_episode_steps == task.policy_spec.num_actions
         assert gymnasium.spec(task.id).max_episode_steps == spec.max_episode_steps
         assert scenario == task.scenario
-        assert options == options.replace(**task.options, reward=task.reward)
+        assert options == dataclasses.replace(options, **task.options, reward=task.reward)
     for name in FIXED:
         with pytest.raises(
             flockesc_env.InputError, match=rf"^{name}: .*flockesc/(FlockAgents|FlockEscape|LineEscape)-v1"
@@ -142,29 +142,6 @@ def test_wrappers_of_gymnasium(kind: str, wrapper: str) -> None:
         assert np.any(terminated | truncated) == ended == (count == most or (kind == "LineEscape" and ended))
         if ended:
             break
-
-
-ON, OFF = {"n_steps": 10, "batch_size": 20}, {"learning_starts": 20, "buffer_size": 200, "batch_size": 20}
-ALGORITHMS: dict[str, dict[str, Any]] = {
-    "A2C": {},
-    "PPO": ON,
-    "TRPO": ON,
-    "RecurrentPPO": ON,
-    "ARS": {"n_delta": 2, "n_top": 1},
-    **dict.fromkeys(("SAC", "TD3", "DDPG", "DQN", "QRDQN", "TQC", "CrossQ"), OFF),
-}
-"""MaskablePPO is left out: no action is ever masked."""
-
-
-@pytest.mark.parametrize("name", ALGORITHMS)
-def test_algorithms_of_stable_baselines3(name: str) -> None:
-    algorithm = getattr(stable_baselines3, name, None) or getattr(sb3_contrib, name)
-    mode = "discrete" if "DQN" in name else "normalized"
-    env = vec_env(FLOCK, 2, per_agent=True, action_mode=mode)
-    policy = "MlpLstmPolicy" if name == "RecurrentPPO" else "MlpPolicy"
-    model = algorithm(policy, env, device="cpu", seed=0, **ALGORITHMS[name]).learn(100)
-    assert model.num_timesteps >= 100
-    assert all(action in env.action_space for action in model.predict(env.reset())[0])
 
 
 @pytest.mark.parametrize("name", ["one-range", "per-agent-visible", "line"])

@@ -1,5 +1,9 @@
 """Every back end gives the same bytes after any process dies; a second call runs the missing jobs."""
 
+import copy
+import dataclasses
+import enum
+import itertools
 import os
 import re
 import signal
@@ -13,7 +17,7 @@ from functools import partial
 from importlib.util import find_spec
 from io import BytesIO
 from operator import itemgetter
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from types import SimpleNamespace
 from typing import Any
 
@@ -22,6 +26,7 @@ import pytest
 from backends import SQUARE, calls, contents, jobs_of, note_calls, square, sweep_jobs
 from cli_runs import SMALL_FLAGS, small_files
 
+from flockesc_env import FlockScenario, LineScenario
 from flockesc_env.common.errors import InputError
 from flockesc_env.jobs import Cache, Job, JobError, find_backend, run, run_jobs
 
@@ -365,3 +370,57 @@ def test_longest_jobs_run_first_and_equal_jobs_once(tmp_path: Path, noted: Path)
         assert found[1]["square"] is not found[3]["square"]
     assert order == [2, 1, 3]
     assert calls(noted) == 3
+
+
+class Shade(enum.Enum):
+    DARK = 1
+
+
+class Level(enum.IntEnum):
+    LOW = 1
+
+
+@dataclasses.dataclass
+class Box:
+    content: Any
+
+
+@dataclasses.dataclass
+class Crate:
+    content: Any
+
+
+Twin: Any = dataclasses.make_dataclass("Box", ["content"])
+Twin.__module__ = "another"
+sys.modules["another"] = SimpleNamespace(Box=Twin)  # type: ignore[assignment]
+
+
+LEAVES: list[Any] = [
+    *(None, False, True, 0, 1, -1, 2**70, 0.0, -0.0, 1.0, float("nan"), float("inf")),
+    *("", "1", "None", "true", "0x1", "\ud800\udc00", "\U00010000", b"", b"1", b"0x1"),
+    *(Path("1"), PurePosixPath("1"), Path(), range(0), range(1), range(0, 1, 2), range(1, 1)),
+    *(np.int8(1), np.int64(1), np.uint64(1), np.float32(1), np.float64(1), np.bool_(True), np.str_("1")),
+    *(np.timedelta64(1, "s"), np.timedelta64(1, "ms"), Shade.DARK, Level.LOW),
+    *(FlockScenario(), FlockScenario(num_agents=1), LineScenario()),
+]
+
+
+def key(*arguments: Any) -> str:
+    return Job("module:function", arguments, engine="").key
+
+
+def test_values_that_are_easily_confused_have_different_keys() -> None:
+    """Equal values have equal keys, also as other objects."""
+    containers = [(1, 2), [1, 2], (1, (2,)), ((1,), 2), [[1], 2], (), [], {}, {1: 2}, ((1, 2),), [(1, 2)]]
+    boxes = [kind(content) for kind in (Box, Crate, Twin) for content in (1, True, (1,), [1])]
+    orders = [{"a": 1, "b": 2}, {"b": 2, "a": 1}, [["a", 1], ["b", 2]], {"a": 1, "b": 2.0}]
+    values = [*LEAVES, *containers, *boxes, *orders]
+    for one, other in itertools.combinations(values, 2):
+        assert key(one) != key(other), (one, other)
+    assert all(key(copy.deepcopy(value)) == key(value) for value in values)
+    assert key((1, 2)) != key(1, 2) != key([1, 2])
+
+
+def test_function_and_engine_are_part_of_the_key() -> None:
+    keys = {Job(name, (1,), engine=engine).key for name in ("m:f", "m:g") for engine in ("one", "two")}
+    assert len(keys) == 4

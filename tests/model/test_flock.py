@@ -117,7 +117,7 @@ def test_an_extra_force_is_added_to_that_of_the_model() -> None:
     np.testing.assert_allclose(flock.velocities, before + push * 0.05 / 0.1, rtol=1e-14)
 
 
-CHANGES: dict[str, Callable[[Flock], Any]] = {
+BAD: dict[str, Callable[[Flock], Any]] = {
     "shape": lambda _: np.zeros((5, 3)),
     "finite": lambda _: np.full((5, 2), np.nan),
     "large": lambda _: np.full((5, 2), 1e21),
@@ -128,48 +128,40 @@ CHANGES: dict[str, Callable[[Flock], Any]] = {
 }
 
 
-@pytest.mark.parametrize("force", CHANGES.values(), ids=CHANGES)
+@pytest.mark.parametrize("force", BAD.values(), ids=BAD)
 def test_a_bad_force_is_refused_by_name(force: Callable[[Flock], Any]) -> None:
     def pushed(flock: Flock) -> Any:
         return force(flock) if flock.time else np.zeros((5, 2))
 
     flock, twin = (Flock(small_flock(), seed=1, extra_force=pushed) for _ in range(2))
     twin.step(5.0)
-    with pytest.raises(fe.InputError, match="extra_force") as caught:
+    with pytest.raises(fe.InputError) as caught:
         flock.step(5.0, 3)
     assert caught.value.field.startswith("extra_force")
     assert flock.get_state() == twin.get_state()
 
 
-def test_a_thinned_run_is_a_part_of_the_whole_one(tmp_path: Any) -> None:
-    scenario = hunted(num_agents=9, num_steps=25)
+def test_a_thinned_run_is_a_part_of_the_whole_one() -> None:
+    scenario, names = hunted(num_agents=9, num_steps=25), ("positions", "velocities", "min_distance")
     run = fe.simulate(scenario, 3.0, seed=4)
-    names = ("positions", "velocities", "min_distance")
     thin = fe.simulate(scenario, policy=fe.FixedRange(3.0), seed=4, every=3, record=names)
     for name in ("times", "is_caught", *names):
         np.testing.assert_array_equal(getattr(thin, name), getattr(run, name)[::3], name)
     np.testing.assert_array_equal(rotation(thin), rotation(run)[::3])
     np.testing.assert_array_equal(thin.caught_at, run.caught_at)
-    assert repr(thin) == repr(run)
     assert len(thin.interaction_ranges) == len(thin.predator_actions) == 8
     assert (thin.table().columns, len(thin.agents_table())) == (["time", "min_distance"], 9 * 9)
     part = fe.simulate(scenario, 3.0, seed=4, record=["polarization"])
     np.testing.assert_array_equal(part.polarization, run.polarization)
-    for needs in (
-        rotation,
-        Trajectory.agents_table,
-        fe.replay_run,
-        lambda run: write_page(run, tmp_path / "a.html"),
-    ):
-        with pytest.raises(fe.InputError, match="a run that has recorded"):
+    assert not part.positions.size
+    for needs in (rotation, Trajectory.agents_table):
+        with pytest.raises(fe.InputError, match="a run that has recorded positions, got one without"):
             needs(part)
-    with pytest.raises(fe.InputError, match="every=5"):
-        fe.save_run(fe.simulate(scenario, 3.0, every=5), tmp_path / "run.npz")
-
-
-def test_a_thinned_run_takes_a_hundredth_of_the_memory() -> None:
-    def size(**recording: Any) -> int:
-        run = fe.simulate(fe.FlockScenario(num_agents=100, num_steps=5000), 10.0, seed=1, **recording)
-        return sum(array.nbytes for array in vars(run).values() if isinstance(array, np.ndarray))
-
-    assert size(every=100) < size() / 95
+    for needs in (
+        fe.replay_run,
+        lambda run: fe.save_run(run, "run.npz"),
+        lambda run: write_page(run, "a.html"),
+    ):
+        for incomplete in (part, fe.simulate(scenario, 3.0, every=5)):
+            with pytest.raises(fe.InputError, match="all columns in every step"):
+                needs(incomplete)

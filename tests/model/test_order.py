@@ -106,9 +106,8 @@ def test_caught_agents_do_not_count(measure: Any, if_none_is_left: float) -> Non
 def test_binder_cumulants_of_known_distributions() -> None:
     assert models.binder_cumulant(np.full(9, 0.4)) == pytest.approx(2 / 3)
     gaussian = np.random.default_rng(0).normal(size=(2, 3, 400_000))
-    np.testing.assert_allclose(
-        models.binder_cumulant(np.linalg.norm(gaussian, axis=0), axis=-1), 1 / 3, atol=0.01
-    )
+    for norms in np.linalg.norm(gaussian, axis=0):
+        assert models.binder_cumulant(norms) == pytest.approx(1 / 3, abs=0.01)
     two_phases = np.zeros(100)
     two_phases[:5] = 1.0  # <v^2> = <v^4> = 0.05
     for scale in (1.0, 1e200, 1e-200):
@@ -148,7 +147,7 @@ def test_means_of_a_scan_leave_out_the_first_steps() -> None:
     assert calls[-1] == (8, 8)
     late, order = result.polarization[..., 10:], result.order_parameter()
     np.testing.assert_array_equal(order, late.mean(axis=-1))
-    np.testing.assert_array_equal(result.binder_cumulant(), models.binder_cumulant(late, axis=(1, 2)))
+    np.testing.assert_array_equal(result.binder_cumulant(), [*map(models.binder_cumulant, late)])
     mean, low, high = result.mean_with_interval()
     np.testing.assert_array_equal(mean, order.mean(axis=1))
     np.testing.assert_allclose((low, high), ttest_1samp(order, 0, axis=1).confidence_interval())

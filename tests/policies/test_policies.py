@@ -67,7 +67,7 @@ def play_single(env: Any, policy: Any, seed: int) -> list[Any]:
         if truncated is True:
             return last(info)
         if isinstance(truncated, dict) and all(truncated.values()):
-            return last(info["agent_0"])
+            return last(next(iter(info.values())))
 
 
 def play_slots(env: Any, policy: Any, steps: int) -> np.ndarray:
@@ -111,6 +111,7 @@ def test_ranges_are_equal_in_every_interface(name: str, mode: str, steps_per_act
         shared = fe.rollout(SCENARIO, make(), SEEDS, **options)
         np.testing.assert_array_equal(outcome(shared), expected)
         flock = fe.FlockEscapeEnv(SCENARIO, **options)
+        singles += [fe.parallel_env(SCENARIO, per_agent=False, **options)]
         singles += [flock, gymnasium.wrappers.RecordEpisodeStatistics(fe.FlockEscapeEnv(SCENARIO, **options))]
         slots += [vec_env(SCENARIO, 2, **options), VecMonitor(vec_env(SCENARIO, 2, **options))]
     for env in singles:
@@ -162,6 +163,28 @@ def test_policies_by_name_set_their_options() -> None:
     options = {**every_step, "predator_sensing_range": 20.0}
     same = fe.rollout(SCENARIO, policies.StubbornLeaders(), SEEDS, **options)
     assert outcome(ours).tolist() == outcome(same).tolist()
+
+
+def test_a_rollout_decides_options_and_scenario_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One ``EnvOptions``, no scenario but the preset, one JSON document for the core."""
+    calls: list[str] = []
+    for owner, method in (
+        (fe.EnvOptions, "__init__"),
+        (fe.FlockScenario, "__init__"),
+        (fe.FlockScenario, "to_json"),
+    ):
+        real = getattr(owner, method)
+
+        def counted(self: Any, *given: Any, real: Any = real, **named: Any) -> Any:
+            calls.append(f"{type(self).__name__}.{real.__name__}")
+            return real(self, *given, **named)
+
+        monkeypatch.setattr(owner, method, counted)
+    fe.rollout("paper-flock", "stubborn-leaders", seeds=1)
+    assert sorted(calls) == ["EnvOptions.__init__", "FlockScenario.to_json"]
+    calls.clear()
+    fe.rollout(SCENARIO, "stubborn-leaders", seeds=1, max_range=50.0)
+    assert sorted(calls) == ["EnvOptions.__init__", "FlockScenario.to_json"]
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,6 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import TRAINED, find_policy, trained
 from flockesc_env.taskset import read_result
-from flockesc_env.taskset.fitting import fitted
 
 SCOREBOARD = Path(__file__).parents[2] / "scoreboard"
 SCENARIO = small_flock(num_agents=6, predator_range=60.0)
@@ -109,11 +108,11 @@ def test_a_loaded_policy_refuses_environments_with_other_options(
         with pytest.raises(InputError) as caught:
             call()
         assert caught.value.field == name
-        assert per_agent is ("(use **policy.options)" in caught.value.expected)
+        assert per_agent is ("from the policy" in caught.value.expected)
 
 
 def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
-    """In any scenario; with others only if ``with_options`` or the options of a rollout say so."""
+    """In any scenario; with others only if ``with_options`` says so, not a caller beside it."""
     fe.save_policy(flock_policy().with_options(min_range=2.0), tmp_path / "policy.npz")
     loaded: Any = fe.load_policy(tmp_path / "policy.npz")
     other = SCENARIO.replace(num_agents=9, num_steps=7)
@@ -128,8 +127,20 @@ def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
         observations, *_, infos = env.step(actions)
     assert infos["agent_0"]["min_mean_distance"] == expected.min_mean_distance[2]
     slower = loaded.with_options(steps_per_action=3)
-    given = fe.rollout(other, loaded, 3, steps_per_action=3)
-    np.testing.assert_equal(vars(fe.rollout(other, slower, 3)), vars(given))
+    message = (
+        r"expected 2 from the policy, .* got 3 from the caller; .* policy.with_options\(steps_per_action=3"
+    )
+    for play in (
+        fe.rollout,
+        lambda scenario, policy, seed, **given: fe.simulate(scenario, policy=policy, **given),
+    ):
+        with pytest.raises(InputError, match=message):
+            play(other, loaded, 3, steps_per_action=3)
+    same = fe.rollout(other, loaded, 3, steps_per_action=2, reward="distance")
+    np.testing.assert_equal(same.min_mean_distance, expected.min_mean_distance)
+    assert fe.rollout(other, slower, 3).min_mean_distance.tolist() != expected.min_mean_distance.tolist()
+    with pytest.raises(InputError, match="steps_per_action"):
+        slower.bind(env)
     slower.bind(fe.parallel_env(other, **slower.options))
     assert loaded.options["steps_per_action"] == 2
 
@@ -204,7 +215,7 @@ def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", trained())
 def test_trained_policies_are_those_of_the_scoreboard_and_fit_their_tasks(name: str) -> None:
     task, _, learner = name.partition("/")
-    (found,) = (policy for policy in [fe.load_policy(name)] if fitted(policy, fe.tasks[task]))
+    (found,) = (policy for policy in [fe.load_policy(name)] if fe.tasks[task].setup(policy))
     assert found.name == name
     result = read_result(SCOREBOARD / learner / f"{task}.json")
     content = (SCOREBOARD / learner / result.policies[0].policy).read_bytes()

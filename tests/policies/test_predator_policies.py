@@ -1,5 +1,6 @@
 """Predator policies: the same run in every interface, in records and in training."""
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -7,12 +8,16 @@ import numpy as np
 import pytest
 from envs import FLOCKS, info_of, same_action, start, state, step
 from option_table import DIMENSIONS, small_flock
+from stable_baselines3 import PPO, SAC
+from stable_baselines3.common.vec_env import VecNormalize
+from torch.nn import Tanh
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import run_differences
 from flockesc_env.policies import FixedRange, Pursue, StubbornLeaders, bind
+from flockesc_env.sb3 import vec_env
 from flockesc_env.scenario import ConstantVelocity, PurePursuit
 
 TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
@@ -29,20 +34,22 @@ def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> fe.FlockScenar
 def test_pursuit_is_the_parallel_environment_with_a_fixed_flock(dimension: int, per_agent: bool) -> None:
     scenario = hunted(dimension)
     policy = StubbornLeaders() if per_agent else FixedRange(10.0)
-    pursuit = fe.PredatorEnv(scenario, flock_policy=policy, per_agent=per_agent)
-    parallel = fe.parallel_env(scenario.with_learned_predators())
+    pursuit = fe.PredatorEnv(scenario, flock_policy=policy)  # has the view and the options of the policy
+    options = vars(pursuit.options)
+    parallel = fe.parallel_env(scenario.with_learned_predators(), per_agent=per_agent, **options)
+    names = parallel.possible_agents[:-1]
     act = bind(Pursue(), pursuit)
     observation, _ = pursuit.reset(seed=5)
     observations, _ = parallel.reset(seed=5)
     while parallel.agents:
         np.testing.assert_array_equal(observation, observations["predator_0"])
-        flock = np.stack([observations[f"agent_{i}"] for i in range(5)])
+        flock = np.stack([observations[name] for name in names])
         ranges = policy.act(flock, parallel.policy_spec)
         action = act(observation)
         expected = Pursue().act(observation[np.newaxis], parallel.predator_policy_spec)[0]
         np.testing.assert_array_equal(action, expected)
         observation, reward, terminated, truncated, info = pursuit.step(action)
-        actions = {f"agent_{i}": rho for i, rho in enumerate(ranges)} | {"predator_0": action}
+        actions = dict(zip(names, ranges, strict=True)) | {"predator_0": action}
         observations, rewards, terminations, truncations, infos = parallel.step(actions)
         assert (reward, terminated, truncated, info) == tuple(
             part["predator_0"] for part in (rewards, terminations, truncations, infos)
@@ -50,12 +57,13 @@ def test_pursuit_is_the_parallel_environment_with_a_fixed_flock(dimension: int, 
 
 
 @dimensions
-def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
+@pytest.mark.parametrize("given", [Pursue(), "pursue"])
+def test_a_predator_policy_does_the_same_everywhere(dimension: int, given: Any) -> None:
     scenario = hunted(dimension).with_learned_predators()
     by_hand = fe.parallel_env(scenario, steps_per_action=1)
     observations, _ = by_hand.reset(seed=4)
     made = {
-        name: make(scenario, predator_policy=Pursue(), steps_per_action=1)
+        name: make(scenario, predator_policy=given, steps_per_action=1)
         for name, make in FLOCKS.items()
         if name != "predator"
     }
@@ -70,6 +78,32 @@ def test_a_predator_policy_does_the_same_everywhere(dimension: int) -> None:
             info = info_of(env, step(env, same_action(env, zero)))
             assert np.all(info["mean_distance"] == infos["agent_0"]["mean_distance"]), name
     np.testing.assert_array_equal(parallel.state(), by_hand.state())
+
+
+@dimensions
+@pytest.mark.parametrize("algorithm", [PPO, SAC])
+def test_a_trained_predator_becomes_a_file(algorithm: Any, dimension: int, tmp_path: Path) -> None:
+    """The model, its network and its file fly alike; the batch has a slot per predator."""
+    scenario, file = hunted(dimension, 2).with_learned_predators(), tmp_path / "hunter.npz"
+    env = VecNormalize(
+        vec_env(scenario, 2, side="predator", flock_policy="stubborn-leaders"), clip_obs=np.inf
+    )
+    assert env.num_envs == 4
+    model = algorithm("MlpPolicy", env, policy_kwargs={"activation_fn": Tanh}, seed=0, device="cpu")
+    env.reset()
+    fe.save_policy(model, file)
+    loaded: Any = fe.load_policy(file)
+    assert (loaded.scenario, loaded.options["max_range"]) == (scenario, 100.0)
+    flown, *others = [
+        fe.simulate(scenario, policy=FixedRange(9.0), seed=3, predator_policy=each).predator_positions
+        for each in (model, loaded, file, str(file))
+    ]
+    for other in others:
+        np.testing.assert_allclose(other, flown, rtol=1e-5)
+        np.testing.assert_array_equal(other, others[0])
+    for call in (lambda: fe.rollout(scenario, loaded, 1), lambda: fe.rollout(scenario, file, 1)):
+        with pytest.raises(InputError, match="policy: expected a policy that sets ranges"):
+            call()
 
 
 def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:

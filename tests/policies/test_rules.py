@@ -1,7 +1,6 @@
 """Rules follow their definitions, computed from positions and velocities."""
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,11 +9,9 @@ from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
-from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.models import Trajectory
 from flockesc_env.policies import (
     BestNextHeading,
-    ListenWhileThreatened,
     StubbornLeaders,
     StubbornWitnesses,
     WinStayLoseShift,
@@ -97,49 +94,6 @@ def test_a_memory_refuses_rows_added_within_an_episode() -> None:
     del observations["agent_3"]
     with pytest.raises(InputError, match="observations: expected one of 'agent_3', got none"):
         bind(policy, env)(observations)
-
-
-def shower(policy: Any, num_agents: int, entry: str) -> Callable[..., list[float]]:
-    """Return a function that shows agents some entries and returns the ranges that the policy sets."""
-    options = fe.EnvOptions(extra_entries=(entry,), max_range=150.0)  # type: ignore[arg-type]
-    scenario = fe.FlockScenario(num_agents=num_agents, initial_side=100.0)
-    spec = FlockBatch(scenario, options, per_agent=True).policy_spec
-    rows = np.zeros((num_agents, len(spec.layout.names)), np.float32)
-
-    def ranges(**entries: list[float]) -> list[float]:
-        for name, values in entries.items():
-            rows[:, spec.layout.index(name)] = values
-        return spec.actions.to_ranges(policy.act(rows, spec), num_agents).round(4).tolist()
-
-    return ranges
-
-
-def test_listen_while_threatened() -> None:
-    """Before, while and after an agent sees the predator; its heading and the heard one may be safe."""
-    ranges = shower(ListenWhileThreatened(aware_range=20.0, safe_distance=25.0), 4, "closest_approach")
-    assert ranges() == [150.0] * 4
-    approach = {
-        "closest_approach": [0, 0.1, 0.1, 0.21],  # 0.2 is 25 m
-        "heard_closest_approach": [0, 0.15, 0.05, 0.3],
-    }
-    assert ranges(predator_sensed=[0, 1, 1, 1], **approach) == [150.0, 20.0, 0.0, 0.0]
-    nothing = dict.fromkeys(["predator_sensed", *approach], [0.0] * 4)
-    assert ranges(**nothing) == [150.0, 0.0, 0.0, 0.0]
-
-
-def test_win_stay_lose_shift() -> None:
-    show = shower(WinStayLoseShift(10.0, 40.0, threshold=25.0), 4, "closest_approach")
-
-    def ranges(own: list[float], heard: list[float]) -> list[float]:
-        return show(closest_approach=own, heard_closest_approach=heard)
-
-    assert ranges([0.1, 0.1, 0.1, 0.21], [0.1, 0.1, 0.1, 0.3]) == [10.0, 10.0, 10.0, 0.0]  # 0.2 is 25 m
-    # The first wins, the second loses, the third wins although it is safe; the fourth is now threatened.
-    assert ranges([0.1, 0.1, 0.3, 0.1], [0.2, 0.05, 0.4, 0.3]) == [10.0, 40.0, 10.0, 10.0]
-    # They win, lose, are safe, and lose.
-    assert ranges([0.1, 0.1, 0.4, 0.1], [0.2, 0.1, 0.4, 0.05]) == [10.0, 10.0, 0.0, 40.0]
-    # An agent that begins to listen again stays with its last range, which has shifted.
-    assert ranges([0.1, 0.1, 0.1, 0.1], [0.2, 0.2, 0.1, 0.2]) == [10.0, 10.0, 40.0, 40.0]
 
 
 @pytest.mark.parametrize("dimension", DIMENSIONS)

@@ -44,8 +44,8 @@ def test_python_has_every_part(family: str) -> None:
 
 
 def test_the_defaults_of_both_languages_are_equal() -> None:
-    assert json.loads(fe.FlockScenario().to_json()) == json.loads(_core.default_flock_scenario())
-    assert json.loads(fe.LineScenario().to_json()) == json.loads(_core.default_line_scenario())
+    assert json.loads(fe.FlockScenario().to_json()) == json.loads(_core.check_flock_scenario("{}"))
+    assert json.loads(fe.LineScenario().to_json()) == json.loads(_core.check_line_scenario("{}"))
     assert set(options.VIEWS.values()) == set(_core.kinds()["views"])
     assert list(fe.FlockScenario.objectives) == _core.kinds()["objectives"]
 

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 from backends import CALLS, calls, contents, jobs_of, note_calls, sweep_jobs
 
-from flockesc_env.jobs import Backend, Cache, Job, JobError, find_backend, run
+from flockesc_env.jobs import Backend, Cache, Job, find_backend, run
 from flockesc_env.jobs.job import Outcomes
 
 ray = pytest.importorskip("ray", reason="ray is not installed (extra ray)")
@@ -95,20 +95,6 @@ def test_a_worker_dies(cluster: Any, tmp_path: Path, noted: Path) -> None:
     found = run(jobs_of("dies_once", 12), Cache(tmp_path / "cache"), find_backend("ray"))
     assert [int(result["square"]) for result in found] == [number**2 for number in range(12)]
     assert calls(noted) == 13
-
-
-def test_failures_and_other_engines_are_named(cluster: Any, tmp_path: Path) -> None:
-    jobs = [*jobs_of("fails", 4), Job("backends:square", (9,), engine="0123456789abcdef")]
-    with pytest.raises(JobError, match="3 of 5 jobs failed") as caught:
-        run(jobs, Cache(tmp_path / "cache"), find_backend("ray"))
-    assert "odd 3" in str(caught.value)
-    assert "engine: expected build 0123456789ab, got" in str(caught.value)
-    assert len(contents(tmp_path / "cache")) == 2
-
-
-def test_workers_take_one_thread(cluster: Any, tmp_path: Path) -> None:
-    [found] = run([Job("backends:threads", ())], Cache(tmp_path), find_backend("ray"))
-    assert (int(found["engine"]), int(found["blas"])) == (1, 1)
 
 
 SCRIPT = """

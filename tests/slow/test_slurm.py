@@ -1,29 +1,186 @@
-"""The back end ``slurm`` on a real cluster on this machine, with and without accounting: faults."""
+"""The back end ``slurm`` on a real cluster on this machine: faults."""
 
 from __future__ import annotations
 
 import csv
 import os
+import secrets
+import shutil
 import signal
+import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
 from backends import CALLS, calls, contents, note_calls
-from slurm_cluster import SlurmCluster, kill_processes, obstacle, processes, slurm_cluster, wait_until
 
 from flockesc_env.jobs import Cache, Job, find_backend, run
 
+DAEMONS = ("munged", "slurmctld", "slurmd")
+NODES = ("n1", "n2", "n3", "n4")
+CONF = """
+ClusterName=test
+SlurmctldHost={host}(127.0.0.1)
+SlurmUser=root
+SlurmdUser=root
+AuthType=auth/munge
+AuthInfo=socket={folder}/munge.socket
+CryptoType=crypto/munge
+MpiDefault=none
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+ReturnToService=2
+SlurmctldPort={slurmctld}
+SlurmctldPidFile={folder}/slurmctld.pid
+SlurmdPidFile={folder}/%n/slurmd.pid
+SlurmdSpoolDir={folder}/%n
+StateSaveLocation={folder}/state
+SlurmctldLogFile={folder}/slurmctld.log
+SlurmdLogFile={folder}/%n/slurmd.log
+SlurmdParameters=config_overrides
+SchedulerParameters=sched_interval=2,bf_interval=2
+SelectType=select/cons_tres
+SelectTypeParameters=CR_Core
+SlurmdTimeout=15
+KillWait=5
+AccountingStorageType=accounting_storage/none
+NodeName=n1 NodeHostname={host} NodeAddr=127.0.0.1 Port={n1} CPUs=16 RealMemory=1000
+NodeName=n2 NodeHostname={host} NodeAddr=127.0.0.1 Port={n2} CPUs=16 RealMemory=1000
+NodeName=n3 NodeHostname={host} NodeAddr=127.0.0.1 Port={n3} CPUs=16 RealMemory=1000
+NodeName=n4 NodeHostname={host} NodeAddr=127.0.0.1 Port={n4} CPUs=16 RealMemory=1000
+PartitionName=cpu Nodes=n1,n2 Default=YES
+PartitionName=mortal Nodes=n3,n4 Default=NO
+"""
+
+
+def obstacle() -> str | None:
+    if not all(find(daemon) for daemon in DAEMONS):
+        return "SLURM is not installed: apt-get install slurm-wlm munge"
+    return None if os.geteuid() == 0 else "the daemons of SLURM need root"
+
+
+def find(program: str) -> str | None:
+    return shutil.which(program, path=f"{os.environ['PATH']}:/usr/sbin:/sbin")
+
+
+def wait_until(condition: Callable[[], object], seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "waited for too long"
+        time.sleep(0.2)
+
+
+def processes(*marks: str, folder: Path | None = None) -> list[int]:
+    """Return the processes with these marks in their environment, or that work inside a folder."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):  # it ends
+            environment = (path / "environ").read_text(errors="replace").split("\0")
+            if (path / "cwd").readlink().is_relative_to(folder) if folder else set(marks) <= set(environment):
+                found.append(int(path.name))
+    return found
+
+
+def kill_processes(*marks: str, folder: Path | None = None) -> None:
+    for process in processes(*marks, folder=folder):
+        with suppress(ProcessLookupError):
+            os.kill(process, signal.SIGKILL)
+
+
+def free_ports(count: int) -> list[int]:
+    with ExitStack() as stack:
+        sockets = [stack.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(count)]
+        return [each.getsockname()[1] for each in sockets]
+
+
+class SlurmCluster:
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.environment = {**os.environ, "SLURM_CONF": str(folder / "slurm.conf")}
+        self.daemons = dict[str, subprocess.Popen[bytes]]()
+        names = {"folder": folder, "host": socket.gethostname().split(".")[0]}
+        names |= dict(zip(("slurmctld", *NODES), free_ports(1 + len(NODES)), strict=True))
+        (folder / "slurm.conf").write_text(CONF.format(**names))
+
+    def start(self, name: str, *command: str, cwd: Path | None = None) -> None:
+        """Start a daemon in the foreground."""
+        program = find(command[0])
+        assert program
+        with (self.folder / f"{name}.out").open("ab") as log:
+            self.daemons[name] = subprocess.Popen(  # noqa: S603
+                [program, *command[1:]], cwd=cwd or self.folder, env=self.environment, stdout=log, stderr=log
+            )
+
+    def start_node(self, name: str) -> None:
+        (self.folder / name).mkdir(exist_ok=True)
+        self.start(name, "slurmd", "-D", "-N", name, cwd=self.folder / name)
+
+    def start_all(self) -> None:
+        folder = self.folder
+        key = folder / "munge.key"
+        key.write_bytes(secrets.token_bytes(128))
+        key.chmod(0o600)
+        files = {"key-file": key, "socket": folder / "munge.socket", "pid-file": folder / "munge.pid"}
+        files |= {"log-file": folder / "munge.log", "seed-file": folder / "munge.seed"}
+        self.start("munged", "munged", "--foreground", "--force", *(f"--{k}={v}" for k, v in files.items()))
+        munged, made = self.daemons["munged"], folder / "munge.socket"
+        wait_until(lambda: made.exists() or munged.poll() is not None)
+        if munged.poll() is not None:
+            pytest.skip(f"munged does not start: {(folder / 'munged.out').read_text()[-300:]}")
+        (folder / "state").mkdir()
+        self.start("slurmctld", "slurmctld", "-D")
+        for name in NODES:
+            self.start_node(name)
+        wait_until(lambda: set(self.ask("sinfo", "--noheader", "--format=%T").split()) == {"idle"})
+
+    def try_to(self, *command: str) -> bool:
+        return subprocess.run(command, env=self.environment, capture_output=True).returncode == 0  # noqa: S603
+
+    def ask(self, *command: str) -> str:
+        run = subprocess.run(command, env=self.environment, capture_output=True, text=True)  # noqa: S603
+        return run.stdout
+
+    def kill(self, name: str) -> None:
+        self.daemons[name].kill()
+        self.daemons.pop(name).wait()
+
+    def kill_node(self, name: str) -> None:
+        self.kill(name)
+        kill_processes(folder=self.folder / name)
+        kill_processes(f"SLURM_CONF={self.folder / 'slurm.conf'}", f"SLURMD_NODENAME={name}")
+
+    def stop_all(self) -> None:
+        self.try_to("scancel", "--me")
+        with suppress(AssertionError):  # the cluster did not start
+            wait_until(lambda: self.try_to("squeue") and not self.ask("squeue", "--noheader"), 20.0)
+        for process in reversed(self.daemons.values()):  # munged is the last one
+            process.terminate()
+            try:
+                process.wait(30)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait()
+
+
+@contextmanager
+def slurm_cluster(folder: Path) -> Iterator[SlurmCluster]:
+    cluster = SlurmCluster(folder)
+    try:
+        cluster.start_all()
+        yield cluster
+    finally:
+        cluster.stop_all()
+
+
 RESULTS = os.environ.get("SLURM_FAULTS")
 """A CSV file that gets the seconds of docs/long-work.md."""
-COMMAND = (
-    "SLURM_FAULTS=results/cluster/slurm_faults.csv python -m pytest tests/slow/test_slurm.py --numprocesses 2"
-)
+COMMAND = "SLURM_FAULTS=results/cluster/slurm_faults.csv python -m pytest tests/slow/test_slurm.py"
 JOBS = [Job("backends:held_square", (number,)) for number in range(12)]
 pytestmark = pytest.mark.skipif(obstacle() is not None, reason=str(obstacle()))
 
@@ -172,10 +329,7 @@ def play(cluster: SlurmCluster, folder: Path) -> dict[str, Ended]:
     return dict(zip(FAULTS, [*ends, played(*last)], strict=True))
 
 
-@pytest.mark.parametrize("accounting", [False, True], ids=["without accounting", "with accounting"])
-def test_faults(
-    accounting: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, subtests: pytest.Subtests
-) -> None:
+def test_faults(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, subtests: pytest.Subtests) -> None:
     """One test, because the faults of a cluster are played at the same time."""
     note_calls(tmp_path, monkeypatch)
     run(JOBS, Cache(tmp_path / "serial"), find_backend("serial"))
@@ -183,14 +337,14 @@ def test_faults(
     expected = {job.arguments[0]: (f"{job.key}.npz", files[f"{job.key}.npz"]) for job in JOBS}
     folder = tmp_path / "cluster"
     folder.mkdir()
-    with slurm_cluster(folder, accounting=accounting) as cluster:
+    with slurm_cluster(folder) as cluster:
         ends = play(cluster, folder)
         version = cluster.ask("sinfo", "--version").split()[-1]
     with subtests.test("no process is left"):
         assert not processes(f"SLURM_CONF={folder / 'slurm.conf'}")
         assert not processes(folder=folder)
     if RESULTS:
-        note(Path(RESULTS), accounting, version, ends)
+        note(Path(RESULTS), version, ends)
     for fault, end in ends.items():
         with subtests.test(fault):
             assert end.seconds < 300, end.error
@@ -213,8 +367,8 @@ def test_faults(
                 assert found == dict(expected[number] for number in range(6))
 
 
-def note(path: Path, accounting: bool, version: str, ends: dict[str, Ended]) -> None:
-    rows = [[fault, accounting, round(ends[fault].seconds), version, COMMAND] for fault in FAULTS]
+def note(path: Path, version: str, ends: dict[str, Ended]) -> None:
+    rows = [[fault, False, round(ends[fault].seconds), version, COMMAND] for fault in FAULTS]
     path.parent.mkdir(parents=True, exist_ok=True)
     header = [] if path.exists() else [["fault", "accounting", "seconds", "slurm", "command"]]
     with path.open("a", newline="") as file:

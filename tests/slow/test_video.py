@@ -8,13 +8,13 @@ import pytest
 from option_table import small_flock
 
 from flockesc_env import simulate
-from flockesc_env.render import RenderOptions, draw
+from flockesc_env.render import draw
 from flockesc_env.render.video import write_video
 
 # imageio leaves the pipes of its reader open until garbage collection.
 pytestmark = pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
 
-SMALL = RenderOptions(size=160)
+SIZE = 160
 RUN = simulate(small_flock(), 5.0, seed=0)
 
 
@@ -30,14 +30,14 @@ def test_runs_become_a_video(tmp_path: Path, suffix: str, count: int, columns: i
     calls: list[tuple[int, int]] = []
     path = tmp_path / f"runs{suffix}"
     runs = [("first", RUN), ("second", RUN), ("third", RUN), ("fourth", RUN)][:count]
-    write_video(runs, path, fps=20, options=SMALL, progress=lambda done, total: calls.append((done, total)))
+    write_video(runs, path, fps=20, size=SIZE, progress=lambda done, total: calls.append((done, total)))
     assert list(tmp_path.iterdir()) == [path]
     video = frames(path)
     assert video.shape == (11, 160 * rows, 160 * columns, 3)
     assert calls == [(done, 11) for done in range(1, 12)]
     for made in (0, 5, 10) if count == 1 else (10,):  # several runs share the view of the end
         errors = [
-            np.abs(video[made][:160, :160] - draw(RUN, at, options=SMALL, title="first").astype(int)).mean()
+            np.abs(video[made][:160, :160] - draw(RUN, at, size=SIZE, title="first").astype(int)).mean()
             for at in (made, (made + 5) % 11)
         ]
         assert errors[0] < min(3, errors[1])

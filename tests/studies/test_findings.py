@@ -17,11 +17,11 @@ from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Cache, Job, find_backend
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.scenario import GivenHeadings, GivenPositions
-from flockesc_env.taskset.fitting import check_fits
 from studies.__main__ import STUDIES
-from studies.findings import controls, headlines, losses, one_agent
+from studies.findings import controls, headlines, listening, loads, losses
 from studies.findings.report import Findings, report
 from studies.measurements import Runner, play
+from studies.scoreboard.board import best_fixed_range
 from studies.study import REPORT
 
 ROOT = Path(__file__).parents[2]
@@ -33,7 +33,7 @@ SCENARIO = small_flock(num_agents=8, num_steps=18, predator_range=45.0)
 @pytest.mark.parametrize("task", headlines.EXPLAINED)
 def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> None:
     one = HEADLINES[task]
-    check_fits(one.entry, one.task)
+    one.task.setup(one.entry)
     assert str(one.file.relative_to("scoreboard")) in headlines.candidates(task)[one.file.parts[-3]]
     flocks, table = HELD_OUT[:2], pl.read_parquet(COMMITTED / controls.BLOCKED_FILE).filter(policy=task)
     for blocked in controls.BLOCKED:
@@ -41,7 +41,9 @@ def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> 
         kept = table.filter(blocked=blocked)[: len(flocks)]
         played = play(one.content, scenario, one.task.spec.name, flocks)["objective"]
         assert kept["objective"].to_list() == played.tolist()
-        fixed = play(f"fixed:{one.best_fixed_range:g}", scenario, one.task.spec.name, flocks)["objective"]
+        fixed = play(f"fixed:{best_fixed_range(one.task):g}", scenario, one.task.spec.name, flocks)[
+            "objective"
+        ]
         assert kept["fixed"].to_list() == fixed.tolist()
 
 
@@ -73,6 +75,30 @@ def test_the_best_fixed_range_is_that_of_tuning_flocks(tmp_path: Path) -> None:
     assert table["fixed"].to_list() == fixed.tolist()
 
 
+def test_gains_at_equal_load_are_over_the_line_between_the_two_nearest_fixed_ranges() -> None:
+    fixed = {"heard": np.array([[0.0, 0.0], [1.0, 3.0], [5.0, 7.0]])}
+    fixed["objective"] = np.array([[1.0, 2.0], [3.0, 8.0], [7.0, 4.0]])
+    played = {"heard": np.array([[0.0, 2.0], [4.0, 6.0]]), "objective": np.array([[9.0, 9.0], [9.0, 9.0]])}
+    np.testing.assert_array_equal(loads.at_equal_load(played, fixed), [[7.0, 4.0], [3.0, 4.0]])
+    same = {name: values[[1]] for name, values in fixed.items()}
+    np.testing.assert_array_equal(loads.at_equal_load(same, fixed), [[0.0, 0.0]])
+
+
+def test_loads_are_those_of_the_scoreboards_flocks() -> None:
+    """The objectives are those that the scoreboard holds, and loads those of ``rollout``."""
+    for name, load in loads.loads(COMMITTED).items():
+        task = fe.tasks[name]
+        for kind, entrant in {"learner": load.learner, "rule": load.rule}.items():
+            result = fe.taskset.read_result(Path("scoreboard") / entrant / f"{name}.json")
+            values = result.values(next(iter(task.scales)))[:, : loads.FLOCKS]
+            assert load.objective[kind] == pytest.approx(values.mean(), rel=1e-12)
+    flocks, task = HELD_OUT[:2], fe.tasks["per-agent-visible"]
+    played = loads.play(("fixed:12", task.shortcut.policy), task.name, flocks)
+    for row, (policy, options) in enumerate({"fixed:12": {}, task.shortcut.policy: task.options}.items()):
+        episodes: Any = fe.rollout(task.scenario, policy, flocks, per_agent=True, **options)
+        assert played["heard"][row].tolist() == episodes.mean_heard.tolist()
+
+
 @pytest.mark.parametrize("neighbors", [1, 2])
 def test_the_largest_turn_is_that_of_the_model(neighbors: int) -> None:
     """All neighbors head alike, at most 0.1 degrees off the best heading among these."""
@@ -88,8 +114,8 @@ def test_the_largest_turn_is_that_of_the_model(neighbors: int) -> None:
         )
         along, across = fe.simulate(flock, 1.0, seed=0).velocities[-1][0]
         angles.append(np.degrees(np.arctan2(across, along)))
-    assert max(angles) < one_agent.largest_turn(neighbors) + 1e-9
-    assert max(angles) == pytest.approx(one_agent.largest_turn(neighbors), abs=0.02)
+    assert max(angles) < listening.largest_turn(neighbors) + 1e-9
+    assert max(angles) == pytest.approx(listening.largest_turn(neighbors), abs=0.02)
 
 
 def test_hidden_entries_are_constants(tmp_path: Path) -> None:
@@ -125,6 +151,7 @@ def test_all_is_measured_and_an_interrupted_study_continues(
         "per-agent-local": ["search/policies/per-agent-local-0.npz"],
     }
     monkeypatch.setattr(headlines, "EXPLAINED", tuple(files))
+    monkeypatch.setattr(loads, "TASKS", ("warned-agents",))
     monkeypatch.setattr(
         headlines, "candidates", lambda task: {file.partition("/")[0]: [file] for file in files[task]}
     )

@@ -1,14 +1,15 @@
-"""Good, equal and bad values of all arguments of all public callables.
+"""Good, equal and bad values of every argument, by the type of its annotation.
 
-The kind of an argument follows from its annotation (``BY_TYPE``). ``BY_NAME`` and ``OF`` have what an
-annotation does not say: bounds, shapes, valid names.
+A good value follows from the default or the type (``BY_TYPE``). ``GOOD``, ``BOUNDS`` and ``EXCEPTIONS`` have
+what an annotation does not say.
 """
 
 import dataclasses
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from enum import Enum
+from os import PathLike
 from pathlib import Path
 from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
@@ -16,13 +17,14 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 import numpy as np
 import pytest
 import torch
+from numpy.typing import ArrayLike
 from option_table import small_flock
 
 import flockesc_env as fe
-from flockesc_env import policies, sb3, scenario
-from flockesc_env.models import Flock, Trajectory, component_labels, neighbor_pairs
+from flockesc_env import policies, scenario
+from flockesc_env.episodes.predators import PredatorPolicy
+from flockesc_env.models import Trajectory
 from flockesc_env.policies import Architecture
-from flockesc_env.render import video
 
 DEEP: list[Any] = []
 for _ in range(5000):
@@ -48,44 +50,35 @@ class Kind:
     alike: Iterable[Any] = ()
     accepts: tuple[type, ...] = ()
     """Types of the foreign values that this kind accepts."""
-    is_optional: bool = False
 
     def bad(self) -> list[Any]:
-        accepted = (*self.accepts, *([type(None)] if self.is_optional else []))
-        return [*(value for value in FOREIGN if type(value) not in accepted), *self.near]
+        return [*(value for value in FOREIGN if type(value) not in self.accepts), *self.near]
 
 
-def number(good: float, low: float = 0.0, high: float = np.inf, *, is_above: bool = False) -> Kind:
-    """Return a real number from ``low`` (exclusive if ``is_above``) to ``high``."""
-    near: list[Any] = [[good], np.array([good]), masked(np.array(good)), *([low] if is_above else [])]
-    near += [low - 1e-9 * max(1, abs(low)), -1e300] if np.isfinite(low) else []
-    near += [high * (1 + 1e-9), 1e300] if np.isfinite(high) else []
+def number(good: float, *, is_signed: bool = False) -> Kind:
+    """Return a real number, at least 0 unless it is signed; infinite only if the good one is."""
+    near: list[Any] = [
+        [good],
+        np.array([good]),
+        masked(np.array(good)),
+        *([] if is_signed else [-1e-9, -1e300]),
+    ]
+    if np.isinf(good):
+        return Kind(good, [*near, np.nan, -np.inf], [np.float64(good)], (float,))
     alike = [np.float64(good), np.array(good, float), np.array(good, ">f8"), np.float32(good)]
     return Kind(good, near, [*alike, int(good), np.int64(good)] if good == int(good) else alike)
 
 
-def integer(good: int, low: int = 0, high: int = 2**63 - 1) -> Kind:
-    near = [
-        low - 1,
-        high + 1,
-        0.5,
-        2.0,
-        np.float64(1),
-        [1],
-        np.array([1]),
-        np.int64(-1),
-        masked(np.array(good)),
-    ]
+def integer(good: int, low: int = 1) -> Kind:
+    near = [low - 1, 2**64, 0.5, 2.0, np.float64(1), [1], np.array([1]), np.int64(-1), masked(np.array(good))]
     return Kind(good, near, [np.int16(good), np.uint64(good), np.array(good, ">i4")])
 
 
-count = partial(integer, low=1)
-seed = partial(integer, high=2**64 - 1)
-any_number = partial(number, low=-np.inf)
-positive = partial(number, is_above=True)
+def flag(good: bool) -> Kind:
+    return Kind(good, [0, 1, 1.0, "True", [True], np.array([True])], [np.bool(good)], (bool, np.bool))
 
 
-def seeds(good: list[int]) -> Kind:
+def seeds(good: Sequence[int]) -> Kind:
     near = [[], iter(()), 0, -1, [*good, -1], [*good, True], [*good, None], [good]]
     near += [np.array(good, float), [2**64], "01", np.array(3)]
     return Kind(
@@ -93,15 +86,15 @@ def seeds(good: list[int]) -> Kind:
     )
 
 
-def floats(good: Any, low: float = -np.inf, *, any_length: bool = False, or_number: bool = False) -> Kind:
-    """Return an array of finite numbers of at least ``low``."""
+def floats(good: Any, *, is_signed: bool = True, any_length: bool = False, or_number: bool = False) -> Kind:
+    """Return an array of finite numbers, at least 0 unless they are signed."""
     array = np.asarray(good, np.float64)
     near = [array.astype(other) for other in (str, object, complex, bool)]
     near += [array[..., np.newaxis], array[:0]]
     if not any_length:
         near += [array[:-1], np.concatenate([array, array]), np.concatenate([array, array[:1]])]
     near += [] if or_number else [5, 0.5, np.array(1.0)]
-    for entry in (np.nan, np.inf, -np.inf, *([low - 1e-9] if np.isfinite(low) else [])):
+    for entry in (np.nan, np.inf, -np.inf, *([] if is_signed else [-1e-9])):
         spoilt = array.copy()
         spoilt.flat[-1] = entry
         near.append(spoilt)
@@ -154,21 +147,19 @@ def part(good: Any, *confusing: Any, accepts: tuple[type, ...] = ()) -> Kind:
     return Kind(good, [0, type(good), [good], *confusing], accepts=accepts)
 
 
-def parts(good: Any, *confusing: Any) -> Kind:
-    return part(good, *confusing, accepts=(tuple,))
+def entries(good: tuple[Any, ...], *, accepts: tuple[type, ...] = (tuple,)) -> Kind:
+    """Return a tuple of names, integers or parts."""
+    near = [(value,) for value in (None, 0, 2.0, -1, True, scenario.Disc())]
+    return Kind(good, [0, good[0] if good else "no tuple", *near], accepts=accepts)
 
 
 FLOCK = small_flock()
 LINE = fe.LineScenario(num_agents=5, max_steps=10)
-HUNTED = small_flock(predators=(scenario.Learned(),))
-RUN, LINE_RUN = fe.simulate(FLOCK, 5.0, seed=1), fe.simulate_line(LINE, 0.25, seed=1)
-POINTS = np.arange(10.0).reshape(5, 2) * 2.0
+RUN = fe.simulate(FLOCK, 5.0, seed=1)
+POINTS = np.arange(1.0, 11.0).reshape(5, 2) * 2.0
+PER_AGENT = np.arange(1.0, 6.0)
 NET = Architecture(("time",), (2,))
 NAMED = fe.NetworkPolicy(NET, np.zeros(NET.size)).with_options(name="net", per_agent=True, scenario=FLOCK)
-PER_AGENT = floats(np.arange(1.0, 6.0), 0.0, or_number=True)
-POINT = floats([1.0, 2.0])
-GRID = floats([0.25, 0.5], 0.0, any_length=True)
-ANGLE = number(1.0, high=2 * np.pi)
 
 
 class Model:
@@ -178,127 +169,101 @@ class Model:
         return np.zeros((len(observations), 1)), None
 
 
-BY_TYPE: dict[Any, Kind] = {
-    float | tuple[float, ...]: PER_AGENT,
-    bool: Kind(True, [0, 1, 1.0, "True", [True], np.array([True])], [np.True_], (bool, np.bool)),
-    fe.FlockScenario: part(FLOCK, LINE, scenario.Disc()),
-    fe.LineScenario: part(LINE, FLOCK),
-    Trajectory: part(RUN, FLOCK),
-    fe.RenderOptions: part(fe.RenderOptions(size=160)),
-    Architecture: part(NET),
-    policies.Policy: part(fe.FixedRange(5.0)),
-    float: number(2.0),
-    Path: file("made.npz"),
-    str: text("a text"),
-    Iterable[int]: seeds([0, 1]),
-    int: count(2),
-    tuple[float, ...]: POINT,
+BY_TYPE: dict[Any, tuple[Callable[..., Kind], Any]] = {
+    float | tuple[float, ...]: (floats, PER_AGENT),
+    get_args(ArrayLike)[0]: (floats, POINTS),
+    Sequence[float]: (floats, [0.25, 0.5]),
+    tuple[float, ...]: (floats, (1.0, 2.0)),
+    tuple[tuple[float, ...], ...]: (floats, tuple(map(tuple, POINTS.tolist()))),
+    tuple[int, ...]: (entries, (2,)),
+    tuple[str, ...]: (entries, ("time",)),
+    bool: (flag, True),
+    fe.FlockScenario: (part, FLOCK),
+    fe.LineScenario: (part, LINE),
+    Trajectory: (part, RUN),
+    Architecture: (part, NET),
+    policies.Policy: (part, fe.FixedRange(5.0)),
+    policies.BasePolicy: (part, NAMED),
+    PredatorPolicy: (part, None),  # the scenarios of the table have no learned predator
+    float: (number, 2.0),
+    Path: (file, "made.npz"),
+    PathLike[str]: (file, "policy.npz"),
+    str: (text, "a text"),
+    Iterable[int]: (seeds, [0, 1]),
+    int: (integer, 2),
 }
-"""The kinds of annotations; of a union the first that is here. A ``Literal`` is a choice."""
+"""Kind and good value of annotations; of a union the first that is here. A ``Literal`` is a choice."""
+CONFUSING = (FLOCK, LINE, scenario.Disc(), scenario.RandomHeadings(), scenario.Metric())
+ANY_LENGTH = {"range_grid", "values", "states", "positions", "schedule"}
 
-BY_NAME: dict[str, Kind] = {
-    **{name: seed(3) for name in ("seed", "episode")},
-    **{name: count(10) for name in ("num_agents", "num_steps", "max_steps", "num_envs")},
-    **{name: integer(1) for name in ("sensing_delay", "memory", "step")},
-    **{name: positive(8.0) for name in ("time_step", "initial_side", "radius", "interval")},
-    **{name: any_number(0.5) for name in ("min_cosine", "predator_position")},
-    **dict.fromkeys(("angular_noise", "blind_angle"), ANGLE),
-    **dict.fromkeys(("range_grid", "profile_ranges", "interaction_ranges", "values"), GRID),
-    **{name: floats(POINTS) for name in ("initial_positions", "initial_velocities", "points", "velocities")},
-    "periodic_side": positive(100.0),
-    "partner": integer(0),
-    "caught": Kind([False] * 4 + [True], [[True], [0] * 5, masked(np.ones(5, bool))], [np.arange(5) > 3]),
-    "aim": any_number(5.0),
-    "direction": POINT,
-    "directions": floats(POINTS + 1.0),
-    "dimension": integer(2, low=2, high=3),
-    "skip": integer(2, high=10),
-    "every": integer(2, low=1, high=10),
-    "record": part(["polarization"], ("speed",), (1,), np.array(["polarization"]), accepts=(tuple,)),
-    "num_threads": count(1),
-    "max_range": positive(0.5),
-    "predator_sensing_range": Kind(2.0, [-1.0, np.nan, -np.inf, [2.0]], [2, np.array(2.0)], (float,)),
-    "min_range": number(0.25),
-    "action_mode": choice("normalized"),
-    "max_speed": number(40.0),
-    "size": count(160, low=160),
-    "max_episode_steps": Kind(7, [0, -2, 2.0, [7]], [np.int16(7)]),
-    "max_angle": number(1.0, high=np.pi),
-    "exponent": number(3.0, high=10.0),
-    "low": any_number(2.0),
-    "high": number(4.0, low=2.0),
-    "initial_state": floats([0.0, 0.25, 0.5, 0.75, 1.0]),
-    "parameters": floats(np.arange(NET.size) * 1.0),
-    "states": floats([0.0, 0.25, 1.0], any_length=True),
-    "positions": floats(POINTS, any_length=True),
-    "order_parameter": Kind([0.5, 0.25], ([0.5, np.nan], np.array(["1"])), accepts=(np.ndarray,)),
-    "axis": Kind(0, (1, -2, (0, 0), 0.5), accepts=(tuple,)),
-    "objective": choice("min_mean_distance"),
-    "target": choice("nearest"),
-    "render_mode": choice("rgb_array"),
-    "autoreset_mode": choice("SameStep"),
-    "field": choice("speed"),
-    "recorded": part(RUN, LINE_RUN),
-    "again": part(RUN, LINE_RUN),
-    "runs": part([("a", RUN)], [("a", 1)], [(1, RUN)], [RUN], [("a",)]),
-    "predator_policy": part(None),  # the scenarios of the table have no learned predator
-    "model": part(Model()),
-    "policy": part(fe.FixedRange(5.0)),
-    "vec_normalize": part(None),
-    "env": part(fe.FlockEscapeEnv(FLOCK)),
-    "progress": Kind(None, accepts=(type(len), type, bool, np.bool)),
-    "extra_entries": parts(("closest_approach",), ("closest",), "closest_approach"),
-    "agents": part((0, 2), (-1,), (0.5,), ((0,),), "ab"),
-    "inputs": part(("time",), (1,), "time"),
-    "hidden": parts((2,), (0,), (2.0,), (-1,), (True,)),
-    "candidate_inputs": parts((), (1,), "range"),
-    "ranges": parts((), ("far",), (-1.0,), 3.0),
-    "initial_headings": part(scenario.RandomHeadings(), scenario.Disc(), scenario.Metric()),
-    "motion": part(scenario.Reynolds(), scenario.Metric()),
-    "predators": parts((), (scenario.Disc(),), scenario.PurePursuit(), (None,), (5,)),
-    "neighbor_rule": part(scenario.Metric(), scenario.Disc(), scenario.PurePursuit()),
-    "randomization": parts((), (scenario.Disc(),), (5,), scenario.Metric()),
+GOOD: dict[str, Any] = {
+    "FlockScenario.num_agents": 5,
+    "simulate.scenario": FLOCK.with_learned_predators(),
+    "predators": (),
+    "periodic_side": 100.0,
+    "num_flocks": 2,
+    "num_tuning": 2,
+    "size": 160,
+    "render_size": 160,
+    "num_envs": 10,
+    "min_range": 0.25,
+    "max_speed": 40.0,
+    "Uniform.high": 4.0,
+    "LogUniform.high": 4.0,
+    "initial_state": [0.0, 0.25, 0.5, 0.75, 1.0],
+    "interaction_ranges": [0.25, 0.5],
+    "values": [0.25, 0.5],
+    "states": [0.0, 0.25, 1.0],
+    "parameters": np.arange(NET.size) * 1.0,
+    "PredatorNetwork.parameters": np.arange(10.0),
+    "schedule": np.full((10, 5), 4.0),
+    "neighbor_pairs.interaction_range": PER_AGENT,
+    "component_labels.interaction_range": PER_AGENT,
+    "load_run.path": "run.npz",
+    "write_video.path": "made.mp4",
 }
+"""Where neither the default nor the type is good: by name, or by callable and name."""
+
+SIGNED = {"min_cosine", "predator_position", "low"}
+"""Numbers that may be negative."""
+FROM_ZERO = {"seed", "episode", "sensing_delay", "memory", "step", "partner", "predator", "skip"}
+"""Integers that may be 0."""
+
+EXCEPTIONS: dict[str, Kind] = {
+    "field": choice("speed"),
+    "preset.name": choice("pursuit"),
+    "render_mode": choice("rgb_array"),
+    "objective": choice("min_mean_distance"),
+    "aim": number(5.0, is_signed=True),
+    "ranges": Kind((), [("far",), (-1.0,), 3.0], accepts=(tuple,)),
+    "max_episode_steps": Kind(7, [0, -2, 2.0, [7]], [np.int16(7)]),
+    "order_parameter": Kind([0.5, 0.25], ([0.5, np.nan], np.array(["1"])), accepts=(np.ndarray,)),
+    "runs": part([("a", RUN)], [("a", 1)], [(1, RUN)], [RUN], [("a",)]),
+    "progress": Kind(None, accepts=(type(len), type, bool, np.bool)),
+    "simulate.interaction_range": floats(PER_AGENT, is_signed=False, or_number=True),
+    "compare.ranges": floats([0.25, 0.5], is_signed=False, any_length=True),
+    "rollout.scenario": part(FLOCK, scenario.Disc()),
+    "vec_env.scenario": part(FLOCK, scenario.Disc()),
+    "record": part(["polarization"], ("speed",), (1,), np.array(["polarization"]), accepts=(tuple,)),
+    "Flock.velocities": floats(np.tile([6.0, 8.0], (5, 1))),
+    "extra_force": Kind(None, accepts=(type(len), type)),
+    "model": part(Model()),
+    "vec_normalize": part(None),
+    "BatchVectorEnv.flock_policy": part(None),
+    "BatchVecEnv.flock_policy": part(None),
+    "bind.policy": part(fe.FixedRange(5.0)),
+    "env": part(None),  # tests/policies/test_wrapped.py has good ones
+    "eval_env": part(None),
+    "bind.env": part(fe.FlockEscapeEnv(FLOCK)),
+}
+"""Arguments whose annotation does not say what they accept."""
 ALIASES = {
     "name": ("scenario", "policy"),
     "policy": ("interaction_range",),
     "values": ("speed",),
-    "recorded": ("again",),
-    "again": ("recorded",),
     "actions": ("action",),
 }
 """Other names of an argument in errors."""
-
-OF: dict[Any, dict[str, Kind]] = {
-    fe.FlockScenario: {
-        "initial_positions": part(scenario.Disc(), scenario.RandomHeadings(), scenario.Metric()),
-        "num_agents": count(5),
-    },
-    fe.simulate: {"scenario": part(HUNTED, scenario.Disc()), "interaction_range": PER_AGENT},
-    Flock: {
-        "scenario": part(FLOCK, LINE, scenario.Disc()),
-        "velocities": floats(np.tile([6.0, 8.0], (5, 1))),
-        "extra_force": Kind(None, accepts=(type(len), type)),
-    },
-    fe.simulate_line: {"scenario": Kind(LINE, [FLOCK, 0, [LINE]], is_optional=True)},
-    scenario.approach: {"initial_side": number(8.0)},
-    scenario.Encircle: {"radius": number(8.0)},
-    **{call: {"scenario": part(FLOCK, scenario.Disc())} for call in (fe.sweep, fe.rollout, sb3.vec_env)},
-    fe.scan: {"scenario": Kind(FLOCK, [LINE, 0, scenario.Disc()], is_optional=True)},
-    video.write_video: {"path": file("made.mp4")},
-    scenario.preset: {"name": choice("pursuit")},
-    **{call: {"interaction_range": PER_AGENT} for call in (neighbor_pairs, component_labels)},
-    fe.load_policy: {"policy": file("policy.npz")},
-    fe.save_policy: {"policy": part(NAMED, fe.FixedRange(5.0))},
-    fe.load_run: {"path": file("run.npz")},
-    fe.ScheduledRange: {"schedule": floats(np.full((10, 5), 4.0), 0.0, any_length=True)},
-    scenario.PrescribedPath: {"positions": floats([[1.0, 2.0], [3.0, 5.0]], any_length=True)},
-    scenario.Ring: {"width": number(4.0, high=16.0)},
-    scenario.RandomApproach: {"predator": integer(0)},
-    scenario.LogUniform: {"low": positive(2.0)},
-    scenario.Choice: {"values": floats([0.25, 0.5], any_length=True)},  # the drawn number is checked at reset
-}
-"""Kinds of the arguments of one callable."""
 
 
 def kinds(call: Any) -> tuple[dict[str, Kind], dict[str, Kind]]:
@@ -307,20 +272,50 @@ def kinds(call: Any) -> tuple[dict[str, Kind], dict[str, Kind]]:
     hints = get_type_hints(call.__init__ if isinstance(call, type) else call)
     for name, parameter in inspect.signature(call).parameters.items():
         if parameter.kind is not parameter.VAR_KEYWORD:
-            own[name] = _kind(call, name, hints[name], is_optional=parameter.default is None)
+            own[name] = _kind(call, name, hints[name], parameter.default)
         else:
-            options = next(iter(get_args(hints[name])), fe.EnvOptions)  # of Unpack
-            passed = {each: _kind(call, each, hint) for each, hint in get_type_hints(options).items()}
+            options = get_type_hints(next(iter(get_args(hints[name])), fe.EnvOptions))  # of Unpack
+            owner = fe.EnvOptions if "objective" in options else fe.LineOptions
+            defaults = {each: getattr(owner, each, None) for each in options}
+            passed = {each: _kind(call, each, hint, defaults[each]) for each, hint in options.items()}
     return own, passed
 
 
-def _kind(call: Any, name: str, hint: Any, *, is_optional: bool = False) -> Kind:
+def _kind(call: Any, name: str, hint: Any, default: Any) -> Kind:
     members = {hint, *(get_args(hint) if get_origin(hint) in (Union, UnionType) else ())}
-    kind = OF.get(call, {}).get(name) or BY_NAME.get(name)
-    kind = kind or next((BY_TYPE[each] for each in BY_TYPE if each in members), None)
-    if kind is None:
-        kind = choice(next(get_args(member)[1] for member in members if get_origin(member) is Literal))
-    return dataclasses.replace(kind, is_optional=kind.is_optional or is_optional or type(None) in members)
+    keys = (f"{call.__name__}.{name}", name)
+    kind = next((EXCEPTIONS[key] for key in keys if key in EXCEPTIONS), None)
+    kind = kind or _by_type(keys, members, default)
+    if default is None or type(None) in members or name == "scenario":
+        return dataclasses.replace(kind, accepts=(*kind.accepts, type(None)))
+    return kind
+
+
+def _by_type(keys: tuple[str, str], members: set[Any], default: Any) -> Kind:
+    name = keys[1]
+    own = None if default is inspect.Parameter.empty else default
+    literal = next((get_args(each) for each in members if get_origin(each) is Literal), None)
+    if literal or isinstance(own, Enum):
+        return choice(own.value if isinstance(own, Enum) else own or literal[0])
+    make, good = next((BY_TYPE[each] for each in BY_TYPE if each in members), (part, own))
+    if make is number and own is not None:
+        good = float(np.float32(0.75 * own or 0.5))  # not the default
+    elif make in (integer, entries) and own is not None:
+        good = own
+    good = next((GOOD[key] for key in keys if key in GOOD), good)
+    if make is floats:
+        any_length = name in ANY_LENGTH or "ranges" in name
+        is_range = "range" in name or keys[0] in ("ScheduledRange.schedule", "scan.values")
+        or_number = float in members or name == "interaction_range"
+        is_signed = not (is_range or or_number)
+        return floats(good, is_signed=is_signed, any_length=any_length, or_number=or_number)
+    if isinstance(own, tuple) or make is entries:
+        return entries(good, accepts=() if own is None else (tuple,))
+    if make is part:
+        return part(good, *(each for each in CONFUSING if type(each) not in members))
+    if make is number:
+        return number(good, is_signed=name in SIGNED)
+    return integer(good, 0 if name in FROM_ZERO else 1) if make is integer else make(good)
 
 
 SLOTS: dict[str, tuple[Callable[[Any], Any], Any]] = {

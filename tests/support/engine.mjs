@@ -13,8 +13,7 @@ const floats = (numbers) => Float64Array.from(numbers);
 const bytes = (array) => new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
 
 function started({ scenario, options, seed, start }) {
-  const arguments_ = [scenario, options, BigInt(seed)];
-  return start ? engine.Flock.startedAt(...arguments_, ...start.map(floats)) : new engine.Flock(...arguments_);
+  return new engine.Flock(scenario, options, BigInt(seed), ...(start ?? []).map(floats));
 }
 
 function policyOf({ header, parameters }) {
@@ -25,9 +24,11 @@ const kinds = {
   // The hash of every state, observation and reward of an episode.
   episode(play) {
     const flock = started(play);
+    const observer = new engine.Observer(play.scenario, play.options);
     const digest = createHash("sha256");
     const note = () => {
-      for (const array of [flock.positions, flock.velocities, flock.predators, flock.observe(), flock.rewards]) {
+      const observed = observer.observe(flock);
+      for (const array of [flock.positions, flock.velocities, flock.predators, observed, flock.rewards]) {
         digest.update(bytes(array));
       }
     };
@@ -42,8 +43,9 @@ const kinds = {
   // The lowest value of the objective and the number of components after an episode under a network.
   network(play) {
     const flock = started(play);
-    const network = policyOf(play).network(flock.entries);
-    while (!flock.hasEnded) flock.step(network.ranges(flock.observe(), flock.rows), floats([]));
+    const observer = new engine.Observer(play.scenario, play.options);
+    const network = policyOf(play).network(observer.entries);
+    while (!flock.hasEnded) flock.step(network.ranges(observer.observe(flock), observer.rows), floats([]));
     return [flock.distances[2], flock.numComponents];
   },
 
@@ -57,7 +59,7 @@ const kinds = {
     while (!flock.hasEnded) {
       if (flock.steps % policy.stepsPerAction === 0) {
         const set = network.ranges(observer.observe(flock), observer.rows);
-        ranges = floats({ length: flock.rows }).map((_, row) => set[row % set.length]);
+        ranges = floats({ length: flock.rewards.length }).map((_, row) => set[row % set.length]);
       }
       flock.step(ranges, floats([]));
     }

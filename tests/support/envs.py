@@ -46,7 +46,7 @@ RANDOM = (
 """Predators that draw random numbers."""
 CAPTURE, HUNTED = FLOCK.replace(capture_radius=6.0), FLOCK.with_learned_predators()
 LINE = fe.LineScenario(num_agents=30, escape_force="linear_as_printed", max_steps=10)
-PICTURES = {"render_mode": "rgb_array", "render_options": fe.RenderOptions(size=160)}
+PICTURES = {"render_mode": "rgb_array", "render_size": 160}
 
 
 class Adapter(NamedTuple):
@@ -89,9 +89,11 @@ ADAPTERS = {
     "parallel": adapter(fe.parallel_env, small_flock(3, num_steps=40), reward="individual"),
     "parallel with capture": adapter(fe.parallel_env, CAPTURE, reward="difference"),
     "parallel with predators": adapter(fe.parallel_env, HUNTED),
+    "game of two": adapter(fe.parallel_env, HUNTED.replace(capture_radius=6.0), per_agent=False),
     "agent by agent": adapter(flockesc_v1.env, FLOCK, has_states=False),
     "stable-baselines3": adapter(vec_env, FLOCK, 3, num_threads=2),
     "stable-baselines3, a slot per agent": adapter(vec_env, CAPTURE, 2, per_agent=True, num_threads=2),
+    "stable-baselines3, a slot per predator": adapter(vec_env, CAPTURE, 2, side="predator"),
 }
 
 
@@ -122,6 +124,9 @@ REMEMBERING: dict[str, Callable[..., Any]] = {
     "parallel": partial(fe.parallel_env, HUNTED),
     "stable-baselines3": partial(vec_env, HUNTED, 3),
     "stable-baselines3, a slot per agent": partial(vec_env, HUNTED, 2, per_agent=True),
+    "a slot per predator": lambda predator_policy: BatchVectorEnv(
+        3, HUNTED, side="predator", flock_policy=predator_policy
+    ),
 }
 """Environments whose predator or flock follows the argument ``predator_policy``."""
 

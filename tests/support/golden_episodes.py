@@ -130,7 +130,8 @@ def run(num_threads: int, seed: int, scenario: fe.FlockScenario, rho: float) -> 
 def cases() -> dict[str, Case]:
     """Return every case by name."""
     found: dict[str, Case] = {name: partial(registered, name=name) for name in sorted(versioned_ids())}
-    for name, (_, scenario) in fe.PRESETS.items():
+    for name, known in fe.PRESETS.items():
+        scenario = known.scenario
         if isinstance(scenario, fe.LineScenario):
             found[name] = partial(line, scenario=scenario)
         elif scenario.predators:

@@ -208,6 +208,17 @@ def graph_of(scenario: fe.FlockScenario, state: FlockState, ranges: Floats) -> N
     return directed_graph(state.positions, ranges) & ~is_blocked
 
 
+def load_of(run: Trajectory) -> tuple[float, float]:
+    """Return the mean range, and the mean number of others heard, over steps and agents not caught before."""
+    used, heard = [], []
+    for t, ranges in enumerate(run.interaction_ranges):
+        alive = (run.caught_at < 0) | (run.caught_at > t)
+        own = np.broadcast_to(ranges, alive.shape)[alive]
+        used.extend(own)
+        heard.extend(directed_graph(run.positions[t, alive], own).sum(axis=1) - 1)
+    return float(np.mean(used)), float(np.mean(heard))
+
+
 def num_components(graph: NDArray[np.bool]) -> int:
     """Count the weak components of a directed graph."""
     count, _ = connected_components(graph, directed=True, connection="weak")

@@ -63,6 +63,12 @@ def test_policies_are_scored_verified_and_compared(
     assert (ran.code, result.learner, result.training) == (Exit.DONE, "mine", None)
     assert ran.out.startswith(f"{TASK}, mine: score {result.scores()[0]:.3f}\n")
 
+    draft = score(capsys, "mine-0.npz", "--flocks", "2", "--json").json()
+    assert (draft["flocks"], draft["task"]) == ([few_flocks.start, 2], TASK)
+    assert draft["policies"][0]["objectives"]["paper-flock"] == result.values("paper-flock")[0, :2].tolist()
+    few = score(capsys, "mine-0.npz", "--flocks", "2")
+    assert few.out.startswith(f"{TASK}, random: draft score {draft['scores'][0]:.3f} on 2 of 6 flocks, no")
+
     score(capsys, "stubborn-leaders", "--output", "rule.json")
     (folder / "other.json").write_text((folder / "rule.json").read_text().replace('"v1"', '"v2"'))
     flags = ("mine.json", "rule.json", "--flocks", 4)
@@ -81,6 +87,11 @@ def test_policies_are_scored_verified_and_compared(
     assert "refused: none.json: No such file or directory (flockesc score --output none.json" in ran.err
     assert ran.out.startswith("mine.json: verified: 6 of 6 flocks, 1 policies")
     assert f"score {result.scores()[0]:.3f}" in ran.out
+    ran = Ran(capsys, "verify", "other.json", "mine.json", "--json")
+    first, second = ran.json()["files"]
+    assert (ran.code, first["outcome"], second["outcome"]) == (Exit.REFUSED, "refused", "verified")
+    assert "version: expected v1" in first["error"]
+    assert second["scores"] == result.scores().tolist()
 
 
 def test_a_full_disk_loses_no_score(
@@ -123,6 +134,7 @@ BAD = {
         ["compare", "best_model.zip", "--task", TASK],
         "such as PPO:best_model.zip, got 'best_model.zip'",
     ),
+    "draft": ([*SCORE, TASK, "--flocks", "2"], "output: expected none with --flocks, because a result"),
     "draw of all": (["verify", "a.json", "--draw", "1"], "draw: expected --flocks beside it, got 1"),
     "training seeds": ([*SCORE, TASK, "--training", "seeds.toml"], "training.seeds: expected 1 different"),
 }

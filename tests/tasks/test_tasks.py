@@ -13,18 +13,23 @@ import pytest
 import flockesc_env
 from flockesc_env import FlockScenario, InputError, LineScenario, load_policy, simulate, sweep
 from flockesc_env.episodes.splits import TUNING
-from flockesc_env.policies import NAMES, BasePolicy, FixedRange, RandomRange, ScheduledRange, StubbornLeaders
-from flockesc_env.policies.registry import as_policy
+from flockesc_env.policies import (
+    NAMES,
+    Architecture,
+    BasePolicy,
+    FixedRange,
+    NetworkPolicy,
+    RandomRange,
+    ScheduledRange,
+    StubbornLeaders,
+)
 from flockesc_env.scenario.options import EnvOptions, LineOptions
-from flockesc_env.taskset import fitting
-from flockesc_env.taskset.comparison import grid_of
-from flockesc_env.taskset.definition import VERSION
-from flockesc_env.taskset.fitting import FREE, fitted, is_checkable
+from flockesc_env.taskset.fitting import FREE, is_checkable
 from flockesc_env.taskset.results import read_result
-from flockesc_env.taskset.scoring import draw_flocks, play, verify
-from flockesc_env.taskset.task import Task, read_tasks, tasks
+from flockesc_env.taskset.scoring import draw_flocks, objective_of, verify
+from flockesc_env.taskset.task import VERSION, Task, read_tasks, tasks
 from studies.findings.report import rows_of, tasks_table
-from studies.scoreboard.board import BOARD, load_board
+from studies.scoreboard.board import ABLATIONS, BOARD, folder_of, load_board
 from studies.scoreboard.report import entries_of, report
 
 ROOT = Path(flockesc_env.__file__).parents[1]
@@ -35,18 +40,18 @@ def test_the_best_fixed_range_reaches_in_a_task_what_it_reaches_in_a_sweep(name:
     task, flocks = tasks[name], TUNING[:2]
     for at, scale in task.scales.items():
         best = scale.best_fixed_range
-        assert best in grid_of(task)
-        entry = fitted(load_policy(f"fixed:{best}"), task)
+        assert best in task.scenario.search_ranges
+        entry = task.setup(f"fixed:{best}")
         expected = sweep(task.scenarios[at], [best], flocks).values(task.spec.name)[0]
-        np.testing.assert_array_equal(play(entry, task, at, flocks), expected)
+        np.testing.assert_array_equal(objective_of(entry, task, at, flocks), expected)
 
 
 @pytest.mark.parametrize("name", tasks)
 def test_a_simple_policy_shows_what_is_no_progress(name: str) -> None:
     """Its score is that of the scoreboard; that of random ranges depends on how many flocks play together."""
     task = tasks[name]
-    fitted(load_policy(task.shortcut.policy), task)
     rule = task.shortcut.policy
+    assert task.setup(rule).per_agent is task.per_agent
     folder = "fixed-range" if rule.startswith("fixed:") else rule
     result = read_result(ROOT / "scoreboard" / folder / f"{name}.json")
     assert result.policies[0].policy == rule
@@ -57,17 +62,19 @@ def test_a_simple_policy_shows_what_is_no_progress(name: str) -> None:
 @pytest.mark.parametrize("name", tasks)
 def test_an_environment_of_each_kind_has_the_tasks_options_or_says_what_to_call(name: str) -> None:
     task = tasks[name]
-    spec = task.policy_spec()
+    spec = task.policy_spec
     assert task.vec_env(2).observation_space == spec.layout.space()
-    if task.per_agent:
+    if isinstance(task.scenario, LineScenario):
+        with pytest.raises(InputError, match="scenario: expected a FlockScenario"):
+            task.parallel_env()
+    else:
         env = task.parallel_env()
         assert env.observation_space(env.possible_agents[0]) == spec.layout.space()
+    if task.per_agent:
         with pytest.raises(InputError, match="parallel_env and vec_env have one per agent"):
             task.env()
     else:
         assert task.env().observation_space == spec.layout.space()
-        with pytest.raises(InputError, match="env has one per flock or line"):
-            task.parallel_env()
 
 
 def test_an_unknown_task_lists_the_near_ones() -> None:
@@ -75,6 +82,21 @@ def test_an_unknown_task_lists_the_near_ones() -> None:
         tasks["per-agent-visibel"]
     assert "per-agent-visible" in tasks
     assert all(name in repr(tasks) for name in tasks)
+    for name, task in tasks.items():
+        assert tasks[name.upper().replace("-", "_")] is task
+        assert task.learner("PPO") == task.learner("ppo")
+        facts = [name, task.asks, str(task.shortcut.policy), f"{task.samples:,}", f'tasks["{name}"].']
+        assert all(fact in str(task) for fact in facts)
+        assert len(str(task).splitlines()) == 12
+
+
+@pytest.mark.parametrize("name", ["line", "one-range", "per-agent-local"])
+def test_an_unknown_argument_of_an_environment_lists_the_constructors_own(name: str) -> None:
+    with pytest.raises(InputError, match=r"scenari: .*scenario.*max_range.*did you mean scenario\?"):
+        (tasks[name].parallel_env if tasks[name].per_agent else tasks[name].env)(scenari="pursuit")
+    with pytest.raises(InputError, match=r"num_flock: .*did you mean num_flocks\?"):
+        tasks[name].vec_env(num_flock=2)
+    assert tasks["one-range"].env(scenario="pursuit").scenario == tasks["pursuit"].scenario
 
 
 CHANGES = {
@@ -118,7 +140,11 @@ def test_the_tasks_are_frozen() -> None:
     )
 
 
-FILES = [path.relative_to(ROOT).as_posix() for path in sorted((ROOT / BOARD).rglob("*.json"))]
+FILES = [
+    path.relative_to(ROOT).as_posix()
+    for folder in (BOARD, ABLATIONS)
+    for path in sorted((ROOT / folder).rglob("*.json"))
+]
 NUM_FLOCKS = 1
 """`flockesc verify FILE` plays all 1,000 flocks."""
 
@@ -127,16 +153,17 @@ NUM_FLOCKS = 1
 def test_a_result_verifies_and_its_folder_has_no_other_policies(file: str) -> None:
     result = read_result(ROOT / file)
     assert not result.is_code
-    assert file == f"{BOARD}/{result.learner}/{result.task}.json"
+    assert file == f"{folder_of(result.learner, tasks[result.task])}/{result.task}.json"
     if result.learner != "random":  # its numbers depend on all flocks before
         verify(ROOT / file, flocks=draw_flocks(NUM_FLOCKS, 0))
 
 
 def test_every_policy_file_has_a_result() -> None:
-    for entrant in load_board(ROOT / BOARD):
-        named = {policy.policy for result in entrant.results.values() for policy in result.policies}
-        files = (ROOT / BOARD / entrant.name).rglob("*.npz")
-        assert {f"policies/{file.name}" for file in files} <= named, entrant.name
+    for folder in (*(ROOT / BOARD).iterdir(), *(ROOT / ABLATIONS).iterdir()):
+        results = [read_result(file) for file in folder.glob("*.json")]
+        named = {policy.policy for result in results for policy in result.policies}
+        files = folder.rglob("*.npz")
+        assert {f"policies/{file.name}" for file in files} <= named, folder
 
 
 def test_the_report_and_the_readme_follow_from_the_results() -> None:
@@ -153,11 +180,11 @@ def changed(task: Task, **options: Any) -> Task:
 LOCAL, VISIBLE, ONE_RANGE = (tasks[name] for name in ("per-agent-local", "per-agent-visible", "one-range"))
 PROFILE = changed(VISIBLE, profile_ranges=[0.0, 5.0, 10.0])
 LINE = tasks["line"]
-RHO = FixedRange(0.1)
+ZERO = NetworkPolicy(Architecture(("time",), ()), [0.0, 0.0])
 
 
 def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> BasePolicy:
-    policy = RHO.with_options(per_agent=per_agent, scenario=scenario)
+    policy = ZERO.with_options(per_agent=per_agent, scenario=scenario)
     policy.options = {"max_range": 20.0, "steps_per_action": 4, **options}  # unchecked
     return policy
 
@@ -166,24 +193,39 @@ def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> BaseP
     ("entry", "task", "field", "message"),
     [
         (named(predator_sensing_range=math.inf), LOCAL, "predator_sensing_range", "in the task, got inf"),
-        (named(per_agent=False), LOCAL, "per_agent", "True, as in the task, got False"),
-        (named(per_agent=True), ONE_RANGE, "per_agent", "False, as in the task, got True"),
+        (
+            named(per_agent=False),
+            LOCAL,
+            "per_agent",
+            "False, because the policy needs one observation per flock",
+        ),
+        (
+            named(per_agent=True),
+            ONE_RANGE,
+            "per_agent",
+            "True, because the policy needs one observation per agent",
+        ),
         (named(profile_ranges=(0, 5)), VISIBLE, "profile_ranges", "none, as in the task, got 0.0, 5.0"),
         (named(profile_ranges=(0, 5, 10, 15)), PROFILE, "profile_ranges", "got 0.0, 5.0, 10.0, 15.0"),
         (named(extra_entries=("escape_direction",)), VISIBLE, "extra_entries", "closest_approach, as in"),
         (named(False, extra_entries=("closest_approach",)), ONE_RANGE, "extra_entries", "none, as in"),
         (named(objective="min_min_distance"), VISIBLE, "objective", "'min_mean_distance', as in the task"),
-        (named(scenario=LineScenario()), VISIBLE, "scenario", "a FlockScenario, got LineScenario"),
-        (named(False, FlockScenario()), LINE, "scenario", "a LineScenario, got FlockScenario"),
-        (named(False, predator_sensing_range=math.inf), LINE, "options", "got predator_sensing_range"),
-        (named(max_rage=1.0), LOCAL, "options", "got max_rage"),
+        (named(scenario=LineScenario()), VISIBLE, "policy", "a policy for a flock"),
+        (named(False, FlockScenario()), LINE, "policy", "a policy for a line"),
+        (
+            named(False, predator_sensing_range=math.inf),
+            LINE,
+            "predator_sensing_range",
+            "expected one of action_mode",
+        ),
+        (named(max_rage=1.0), LOCAL, "max_rage", "did you mean max_range"),
         (named(max_range=40.5), LOCAL, "max_range", "at most 40, as in the task, got 40.5"),
         (named(steps_per_action=3), LOCAL, "steps_per_action", "at least 4, as in the task, got 3"),
     ],
 )
 def test_policies_that_see_more_do_not(entry: BasePolicy, task: Task, field: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
-        fitting.check_fits(entry, task)
+        task.setup(entry)
     assert caught.value.field == field
     assert message in str(caught.value)
 
@@ -198,15 +240,17 @@ def test_every_option_is_checked_or_free() -> None:
 def test_untrained_rules_and_random_ranges_play_with_the_ranges_and_the_rate_of_the_task() -> None:
     bounds = {"max_range": 40.0, "steps_per_action": 4}
     for policy in ("listen-while-threatened", "random", StubbornLeaders(interaction_range=99.0)):
-        entry = fitted(as_policy(policy), LOCAL)
-        assert {name: (entry.options or {})[name] for name in bounds} == bounds
-        ranges = simulate(FlockScenario(num_steps=8), policy=entry, seed=0).interaction_ranges
+        entry = LOCAL.setup(policy)
+        assert {name: getattr(entry.options, name) for name in bounds} == bounds
+        ranges = simulate(
+            FlockScenario(num_steps=8), policy=policy, seed=0, **LOCAL.options
+        ).interaction_ranges
         assert ranges.max() <= 40.0
         assert (ranges[0] == ranges[3]).all()
-    assert (fitted(FixedRange(150.0), LOCAL).options or {})["max_range"] == 150.0
+    assert LOCAL.setup(FixedRange(150.0)).options.max_range == 150.0
     trained = load_policy("stubborn-witnesses").with_options(scenario=FlockScenario())
     with pytest.raises(InputError, match="max_range: expected at most 40, as in the task, got 100"):
-        fitted(trained, LOCAL)
+        LOCAL.setup(trained)
 
 
 class Own(StubbornLeaders):

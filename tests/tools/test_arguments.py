@@ -15,7 +15,7 @@ from typing import Any
 import argument_table as table
 import numpy as np
 import pytest
-from argument_table import seed, text
+from argument_table import text
 from envs import ADAPTERS, play, start
 from pettingzoo import ParallelEnv
 from same import plain, same, spoil
@@ -36,6 +36,7 @@ NOT_CALLED = {
     *("sb3.RangePolicy", "sb3.ScorerPolicy"),
     # These are in the tests of policies.
     *("policies.RowMemory", "policies.BasePolicy", "policies.as_policy"),
+    "compare",  # takes any number of policies: a row below
     "policies.torch_network",
 }
 MODULES = (scenario, models, policies, sb3, watch, flockesc_v1, vector, environments)
@@ -119,11 +120,12 @@ def row_of(call: Any) -> Row:
     return Row(call, own, after=AFTER.get(call, after), passed=passed)
 
 
+SEED = table.integer(3, 0)
 FLOCKS = table.Kind(
     1,
     [-1, 64, 2**64, 1.0, [0, 64], [[0]], np.array(0.0), np.zeros(2, np.bool)],
     [[1], np.array([1]), np.int64(1)],
-    is_optional=True,
+    accepts=(type(None),),
 )
 
 
@@ -135,95 +137,99 @@ def state(good: bytes) -> table.Kind:
 
 
 def optional(**arguments: table.Kind) -> dict[str, table.Kind]:
-    return {name: dataclasses.replace(kind, is_optional=True) for name, kind in arguments.items()}
+    return {
+        name: dataclasses.replace(kind, accepts=(*kind.accepts, type(None)))
+        for name, kind in arguments.items()
+    }
 
 
-def reset(env: Any, method: str, seed: Any = None, options: Any = None, **entries: Any) -> Any:
-    return getattr(env, method)(seed=seed, options={**options, **entries} if entries else options)
+def method(name: str, env: Any, **given: Any) -> Any:
+    return getattr(env, name)(**given)
+
+
+def reset(name: str, env: Any, seed: Any = None, options: Any = None, **entries: Any) -> Any:
+    return getattr(env, name)(seed=seed, options={**options, **entries} if entries else options)
 
 
 def method_rows(name: str) -> dict[str, Row]:
     """Return the rows of the methods of an environment."""
-    make = ADAPTERS[name].make
 
     def subject() -> Any:
-        env = make()
+        env = ADAPTERS[name].make()
         played(env)
         return env
 
-    def row(method: str, **arguments: table.Kind) -> Row:
-        return Row(lambda env, **given: getattr(env, method)(**given), arguments, subject, go_on)
-
     env = subject()
-    if has_slots := hasattr(env, "num_envs"):
-        states = {"state": state(env.get_state(1)), "flocks": FLOCKS}
-        rows = {"get_state": row("get_state", flocks=FLOCKS), "set_state": row("set_state", **states)}
-    else:
-        rows = {"set_state": row("set_state", state=state(env.get_state()))}
-    if is_dict := isinstance(env, ParallelEnv):
+    has_slots, is_dict = hasattr(env, "num_envs"), isinstance(env, ParallelEnv)
+    flocks = {"flocks": FLOCKS} if has_slots else {}
+    calls: dict[str, dict[str, table.Kind]] = {
+        "get_state": flocks,
+        "set_state": {"state": state(env.get_state(1) if has_slots else env.get_state()), **flocks},
+    }
+    if is_dict:
         good = {agent: np.full(env.action_space(agent).shape, 0.25) for agent in env.possible_agents}
-        each = [
-            {**good, agent: bad}
-            for agent in (*good,)[:: len(good) - 1]
-            for bad in table.unreadable(good[agent])
-        ]
-        rows["step"] = row("step", actions=table.part(good, *each))
-        hunters = env.scenario.num_learned
-        arrays = {"predator_actions": table.floats(np.full((1, 2), 0.5))} if hunters else {}
-        rows["step_array"] = row("step_array", actions=table.floats(np.full((5, 1), 0.25)), **arrays)
+        ends = (*good,)[:: len(good) - 1]
+        bad = [{**good, agent: each} for agent in ends for each in table.unreadable(good[agent])]
+        calls["step"] = {"actions": table.part(good, *bad)}
+        hunters = {"predator_actions": table.floats(np.full((1, 2), 0.5))} if env.scenario.num_learned else {}
+        calls["step_array"] = {"actions": table.floats(np.full((5, 1), 0.25)), **hunters}
     else:
         shape = (env.num_envs, 1) if has_slots else env.action_space.shape
-        rows["step"] = row(
-            "step", **{"actions" if has_slots else "action": table.floats(np.full(shape, 0.25))}
-        )
+        calls["step"] = {"actions" if has_slots else "action": table.floats(np.full(shape, 0.25))}
     if hasattr(env, "step_async"):
-        rows["seed"] = row("seed", **optional(seed=seed(3)))
-    else:
+        calls["seed"] = optional(seed=SEED)
+    rows = {call: Row(partial(method, call), arguments, subject, go_on) for call, arguments in calls.items()}
+    if not hasattr(env, "step_async"):
         count, dimension = env.scenario.num_agents, getattr(env.scenario, "dimension", 1)
+        points = table.floats(np.arange(float(count * dimension)).reshape(count, dimension))
+        hunter = table.floats(np.arange(float(dimension)).reshape(1, dimension))
+        entries = {"initial_positions": points, "initial_velocities": points}
+        entries |= {"predator_positions": hunter, "predator_velocities": hunter}
         if isinstance(env, fe.LineEscapeEnv):
-            entries = optional(initial_state=table.floats(np.arange(count) / 32), episode=seed(2))
-        else:
-            points = np.arange(float(count * dimension)).reshape(count, dimension)
-            agents = {f"initial_{what}": table.floats(points) for what in ("positions", "velocities")}
-            hunters = {f"predator_{what}": table.floats(points[:1]) for what in ("positions", "velocities")}
-            entries = optional(**agents, **hunters, episode=seed(2))
+            entries = {"initial_state": table.floats(np.arange(count) / 32)}
         # PettingZoo requires that unknown options are ignored.
-        given = optional(seed=seed(4), options=table.part({}, accepts=(dict,) if is_dict else ()))
-        for each in ("reset", "reset_array") if is_dict else ("reset",):
-            rows[each] = Row(partial(reset, method=each), given, subject, go_on, entries)
-    return {f"{name}: {method}": row for method, row in rows.items()}
+        given = optional(seed=SEED, options=table.part({}, accepts=(dict,) if is_dict else ()))
+        for call in ("reset", "reset_array") if is_dict else ("reset",):
+            rows[call] = Row(partial(reset, call), given, subject, go_on, optional(**entries, episode=SEED))
+    return {f"{name}: {call}": row for call, row in rows.items()}
 
 
 def flock_rows() -> dict[str, Row]:
-    """Return the rows of the methods of a flock that a script steps."""
-    made = models.Flock(table.HUNTED, seed=3)
-    velocities = table.floats(np.tile([6.0, 8.0], (5, 1)))
-    actions = dataclasses.replace(table.floats(np.full((1, 2), 0.5)), is_optional=True)
-    steps = {"ranges": table.PER_AGENT, "num_steps": table.count(2), "predator_actions": actions}
-    each = {
-        "step": (lambda flock, **given: flock.step(**given), steps),
-        "positions": (
-            lambda flock, positions: setattr(flock, "positions", positions),
-            {"positions": table.floats(table.POINTS)},
-        ),
-        "velocities": (
-            lambda flock, velocities: setattr(flock, "velocities", velocities),
-            {"velocities": velocities},
-        ),
-        "set_state": (lambda flock, state: flock.set_state(state), {"state": state(made.get_state())}),
+    """Return the rows of the methods and of the settable properties of a flock that a script steps."""
+    made = models.Flock(table.FLOCK.with_learned_predators(), seed=3)
+    ranges = table.floats(table.PER_AGENT, is_signed=False, or_number=True)
+    actions = optional(predator_actions=table.floats(np.full((1, 2), 0.5)))
+    calls = {
+        "step": {"ranges": ranges, "num_steps": table.integer(2), **actions},
+        "set_state": {"state": state(made.get_state())},
     }
-    return {name: Row(call, given, made.copy, models.Flock.get_state) for name, (call, given) in each.items()}
+    rows = {call: Row(partial(method, call), arguments) for call, arguments in calls.items()}
+    kinds = {"positions": table.floats(table.POINTS), "velocities": table.EXCEPTIONS["Flock.velocities"]}
+    for name, kind in kinds.items():
+        rows[name] = Row(lambda flock, **given: setattr(flock, *next(iter(given.items()))), {name: kind})
+    after = models.Flock.get_state
+    return {
+        f"Flock: {call}": dataclasses.replace(row, subject=made.copy, after=after)
+        for call, row in rows.items()
+    }
 
 
 WITH_METHODS = (
     *("gymnasium", "predator", "line", "vector", "a slot per agent", "parallel", "parallel with predators"),
     *("stable-baselines3", "stable-baselines3, a slot per agent"),
 )
+COMPARE, COMPARED = table.kinds(fe.compare)
 CALLABLES = {name: row_of(call) for name, call in _public().items() if name not in NOT_CALLED} | {
     "rollout of lines": Row(
         lambda **given: fe.rollout(table.LINE, fe.FixedRange(0.25), [0, 1], **given),
         {},
         passed=table.kinds(fe.LineOptions)[0],
+    ),
+    "compare": Row(
+        lambda **given: fe.compare(table.FLOCK, fe.FixedRange(0.25), **given),
+        {name: kind for name, kind in COMPARE.items() if name not in {"scenario", "policies"}},
+        after=lambda made: [*made.values.values()],
+        passed={name: kind for name, kind in COMPARED.items() if name not in COMPARE},
     ),
     "from_json": Row(fe.FlockScenario.from_json, {"document": text(table.FLOCK.to_json())}),
     "from_toml": Row(fe.FlockScenario.from_toml, {"document": text(table.FLOCK.to_toml())}),
@@ -232,7 +238,7 @@ CALLABLES = {name: row_of(call) for name, call in _public().items() if name not 
     "draw": row_of(draw),
 }
 ROWS = CALLABLES | {key: row for name in WITH_METHODS for key, row in method_rows(name).items()}
-ROWS |= {f"Flock: {name}": row for name, row in flock_rows().items()}
+ROWS |= flock_rows()
 rows = pytest.mark.parametrize("row", ROWS.values(), ids=ROWS)
 
 

@@ -48,19 +48,28 @@ def test_a_simulation_without_a_range_takes_the_best_fixed_one(capsys: pytest.Ca
     assert document["min_mean_distance"] == fe.simulate(SMALL, 12.0, seed=7).mean_distance.min()
 
 
-@pytest.mark.parametrize("spec", ["stubborn-leaders", "mine.NPZ"])
+@pytest.mark.parametrize(
+    ("spec", "predator"), [("stubborn-leaders", None), ("mine.NPZ", None), ("fixed:9", "pursue")]
+)
 def test_a_policy_is_simulated(
-    spec: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    spec: str,
+    predator: str | None,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    policy = fe.load_policy(policy_file(Path(spec)) if spec.endswith("NPZ") else spec)
-    document = Ran(
-        capsys, "simulate", spec, "--seed", 7, *SMALL_FLAGS, "--json", "--output", "run.npz"
-    ).json()
-    run, saved = fe.simulate(SMALL, policy=policy, seed=7), load_run("run.npz")
+    is_file = spec.endswith("NPZ")  # knows its scenario
+    policy = fe.load_policy(policy_file(Path(spec)) if is_file else spec)
+    flags = [*([] if is_file else SMALL_FLAGS), *(["--predator", predator] if predator else [])]
+    scenario = SMALL.with_learned_predators() if predator else SMALL
+    document = Ran(capsys, "simulate", spec, "--seed", 7, *flags, "--json", "--output", "run.npz").json()
+    run, saved = fe.simulate(scenario, policy=policy, seed=7, predator_policy=predator), load_run("run.npz")
     assert (document["policy"], saved.name) == (spec, spec)
     assert run_differences(saved.trajectory, run) == []
     assert Ran(capsys, "replay", "run.npz").code == Exit.DONE
+    other = ("--scenario", "flock-1000", "--set", "num_steps=2")
+    assert Ran(capsys, "simulate", spec, *other, "--json").json()["scenario"]["num_agents"] == 1000
 
 
 CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
@@ -161,7 +170,7 @@ def test_a_sweep_of_a_line_and_of_one_without_a_predator(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     flags = ["sweep", "--scenario", "paper-line", "--set", "num_agents=9"]
-    flags += ["--seeds", "0:5", "--interaction-ranges", "0.1", "0.5"]
+    flags += ["--seeds", "5", "--interaction-ranges", "0.1", "0.5"]
     line = fe.sweep(fe.LineScenario(num_agents=9), [0.1, 0.5], range(5))
     document = Ran(capsys, *flags, "--json").json()
     assert [row["mean"] for row in document["ranges"]] == line.values().mean(axis=1).tolist()
@@ -235,8 +244,10 @@ BAD: list[tuple[list[str], str]] = [
         ["simulate", "fixed:-3"],
         "expected fixed:RHO with a finite number RHO >= 0, such as fixed:10, got 'fixed:-3'",
     ),
-    (["sweep", "--seeds", "4:4"], "seeds: expected START:STOP with START below STOP, got 4:4"),
-    (["sweep", "--seeds", "0:1_0"], "START:STOP, two integers, got '0:1_0'"),
+    (["sweep", "--seeds", "4:4"], "seeds: expected N >= 1, or START:STOP with START below STOP, got 4:4"),
+    (["sweep", "--seeds", "0"], "seeds: expected N >= 1, or START:STOP with START below STOP, got 0:0"),
+    (["sweep", "--seeds", "0:1_0"], "N or START:STOP, integers, got '0:1_0'"),
+    (["sweep", "--seeds", "0:4:2"], "N or START:STOP, integers, got '0:4:2'"),
     (["sweep", "--interaction-ranges", "1", "--grid-size", "3"], "expected either ranges or a grid"),
     (["sweep", "--output", "nowhere/run.csv"], "output: expected a file in an existing folder"),
 ]

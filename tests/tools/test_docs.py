@@ -120,7 +120,7 @@ def test_examples_in_docstrings_run(module: str) -> None:
 
 def test_the_snippet_and_the_caption_of_the_readme_have_the_numbers_of_their_flock() -> None:
     (learned,) = fe.rollout("per-agent-visible/search", [242]).min_mean_distance
-    assert f'print(infos["agent_000"]["min_mean_distance"])  # {learned:.2f} m\n' in README
+    assert f'print(infos["agent_0"]["min_mean_distance"])  # {learned:.2f} m\n' in README
     (fixed,) = fe.rollout("paper-flock", fe.FixedRange(12.0), [242]).min_mean_distance
     assert f"12 m, their mean distance to the predator falls to {fixed:.1f} m" in " ".join(README.split())
     assert f"under a learned policy it stays at {learned:.1f} m or more" in " ".join(README.split())

@@ -89,7 +89,7 @@ def assert_equal_in_node(played: list[tuple[Case, Any]]) -> None:
 
 def flocks() -> dict[str, fe.FlockScenario]:
     """Return all presets that environments take, and flocks with every option."""
-    presets = {name: flock for name, (_, flock) in fe.PRESETS.items() if isinstance(flock, fe.FlockScenario)}
+    presets = {name: each.scenario for name, each in fe.PRESETS.items() if each.model is fe.FlockScenario}
     found = {name: flock for name, flock in presets.items() if flock.predators}
     path = PrescribedPath(ZIGZAG, interval=0.3)
     for dimension in (2, 3):
@@ -200,21 +200,12 @@ def test_stored_networks_set_the_same_ranges_on_a_flock_with_other_options() -> 
 
 REFUSED: list[tuple[str, Any, str]] = [
     ("steps_per_action", 0, "expected an integer from 1 to "),
-    ("steps_per_action", -3, ""),
-    ("steps_per_action", None, ""),
     ("min_range", -5, "expected a finite number of at least 0, got -5"),
-    ("min_range", 40, "max_range: expected a number above min_range = 40.0, got 40"),
-    ("max_range", 0, "expected a finite number above 0, got 0"),
-    ("max_range", None, ""),
     ("range_grid", [-1.0, 5.0], "expected ranges from 0.0 to 40.0"),
-    ("range_grid", [], ""),
     ("action_mode", "range", "expected 'normalized', got 'range'"),
-    ("action_mode", "no", ""),
     ("profile_ranges", [5.0, 5.0], "expected increasing ranges"),
-    ("profile_ranges", [], ""),
     ("predator_sensing_range", -1, ""),
     ("extra_entries", ["wings"], ""),
-    ("objective", "no", ""),
     ("reward", "no", ""),
     ("count_components", 1, ""),
     ("wings", 1, ""),

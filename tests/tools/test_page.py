@@ -1,23 +1,315 @@
-"""The page in a browser: it answers pointer and keyboard, and restores links."""
+"""The page in a browser: its first screen, pointer and keyboard, links, and numbers to the last digit."""
 
+import gzip
+import hashlib
+import html
+import json
+import os
 import re
-from collections.abc import Callable
+import shutil
+import threading
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
-import chromium
 import numpy as np
 import pytest
-from chromium import BEST, BOARD, DUEL, SEED, STATE, drop, lowest, open_page, set_range, text, wait
+from axe_playwright_python.sync_playwright import Axe
 from cli_runs import SMALL, Ran, policy_file
-from playwright.sync_api import Page
+from playwright.sync_api import Browser, Page, sync_playwright
 from watch_documents import needs_engine
 
 import flockesc_env as fe
+from flockesc_env import tasks
+from flockesc_env.models import Trajectory
+from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.models.records import save_run
-from playground.__main__ import FIRST, HEADLINE
+from flockesc_env.watch.live import RULES, has_engine
+from flockesc_env.watch.page import render, replay
+from playground.__main__ import FIRST, HEADLINE, RANGES, main, means
 
-pytest_plugins = ("watch_browser",)
-pytestmark = pytest.mark.skipif(chromium.EXECUTABLE is None, reason=chromium.MISSING)
+_NAMES = ("chromium", "chromium-browser", "google-chrome")
+EXECUTABLE = os.environ.get("CHROMIUM") or next(filter(None, map(shutil.which, _NAMES)), None)
+MISSING = "needs Chromium: `apt-get install chromium`, or set CHROMIUM to the path of a browser"
+
+TIMEOUT = 60  # seconds; reached only by a page that does not do what it should
+
+_ARGUMENTS = [
+    *("--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
+    *("--disable-background-networking", "--disable-component-update"),
+]
+
+
+READY = "startedPage.then((page) => { globalThis.page = page; })"
+
+
+def open_page(tab: Page, address: str, width: int = 1280) -> None:
+    tab.set_viewport_size({"width": width, "height": 900})
+    tab.goto(address if "#" in address else f"{address}#t=0")
+    tab.evaluate(READY)
+
+
+def wait(tab: Page, condition: str) -> None:
+    """Wait until a JavaScript expression is true.
+
+    ``Page.wait_for_function`` evaluates text in the page, which the Content-Security-Policy forbids.
+    """
+    end = time.monotonic() + TIMEOUT
+    while not tab.evaluate(condition):
+        assert time.monotonic() < end, condition
+        tab.wait_for_timeout(20)
+
+
+ROOT = Path(__file__).parents[2]
+BOARD = ROOT / "scoreboard"
+BEST = BOARD / "search/policies/per-agent-visible-0.npz"
+SEED = 7
+COLORED = """[...document.querySelectorAll(".panel canvas")].map((canvas) => {
+    // Pixels that are neither see-through nor grey: agents and the predator.
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    let colored = 0;
+    for (let at = 0; at < data.length; at += 4) {
+        const color = data.subarray(at, at + 3);
+        if (data[at + 3] > 200 && Math.max(...color) - Math.min(...color) > 60) colored++;
+    }
+    return colored;
+})"""
+
+DUEL = ["fixed:12", "per-agent-visible/search-0"]
+STATE = """[page.flight.scenario.name, page.flight.seed, page.flight.numbers, page.flight.isSteered,
+            page.panels.map(({ run }) => run.spec)]"""
+
+
+def lowest(run: Trajectory) -> float:
+    return float(run.mean_distance.min())
+
+
+def fly(tab: Page, changes: str, spec: str) -> float:
+    """Fly a policy on another flock to its end, and return the number that the page shows."""
+    script = f"""(async () => {{
+        page.fly({changes});
+        await page.choose(page.panels[0], {json.dumps(spec)});
+        page.seek(page.player.duration);
+        return page.panels[0].run.objective;
+    }})()"""
+    return float(tab.evaluate(script))
+
+
+def scenario(name: str, seed: int = SEED) -> str:
+    return f"{{ scenario: page.scenarios.find(({{ name }}) => name === '{name}'), seed: '{seed}' }}"
+
+
+def set_range(tab: Page, rho: float) -> None:
+    """Move the slider of the first panel to a range, and wait for its flight."""
+    tab.evaluate(f"""(() => {{
+        const slider = document.querySelector("#choice .ranges");
+        slider.value = page.choice.ranges.indexOf({rho});
+        slider.dispatchEvent(new Event("input"));
+    }})()""")
+    wait(tab, f"page.panels[0].run.spec === 'fixed:{rho:g}'")
+
+
+def text(tab: Page, selector: str) -> str:
+    return str(tab.evaluate(f"document.querySelector('{selector}').textContent"))
+
+
+def drop(tab: Page, name: str, content: bytes) -> None:
+    tab.set_input_files("#file", {"name": name, "mimeType": "application/octet-stream", "buffer": content})
+
+
+pytestmark = pytest.mark.skipif(EXECUTABLE is None, reason=MISSING)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=EXECUTABLE, args=_ARGUMENTS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def problems() -> list[str]:
+    """Errors and console messages of the page; empty at the end of every test."""
+    return []
+
+
+@pytest.fixture
+def tab(browser: Browser, problems: list[str]) -> Iterator[Page]:
+    with browser.new_context() as context, context.new_page() as tab:
+        tab.set_default_timeout(1000 * TIMEOUT)
+        tab.on("pageerror", lambda error: problems.append(str(error)))
+        tab.on("console", lambda message: problems.append(message.text))
+        yield tab
+        tab.evaluate("new Promise((done) => requestAnimationFrame(() => setTimeout(done)))")
+    assert problems == []
+
+
+@pytest.fixture(scope="module")
+def playground(tmp_path_factory: pytest.TempPathFactory) -> str:
+    if not has_engine():
+        pytest.skip("needs the core for web pages: `make engine`")
+    folder = tmp_path_factory.mktemp("playground")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("playground.__main__.CANDIDATES", range(30))  # a tenth of the time
+        main(folder, flocks=20)
+    return (folder / "index.html").as_uri()
+
+
+@pytest.fixture
+def open_at(tab: Page, playground: str) -> Callable[[str], None]:
+    """Open the playground, paused, at an address."""
+
+    def open_at(address: str = "") -> None:
+        tab.goto("about:blank")
+        open_page(tab, f"{playground}#{address}&t=0", 1440)
+
+    return open_at
+
+
+SHOWN = """["canvas", ".panel:last-of-type canvas", "#choice .ranges", "#play", "#score"].map(
+    (name) => document.querySelector(name).getBoundingClientRect()
+).map(({ top, bottom }) => [top, bottom])"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(390, 844), (830, 900), (1366, 768), (1440, 900)])
+def test_the_page_asks_first_and_then_flies_a_duel_in_the_first_screen(
+    width: int, height: int, tab: Page, playground: str
+) -> None:
+    requests: list[str] = []
+    tab.on("request", lambda request: requests.append(request.url))
+    tab.set_viewport_size({"width": width, "height": height})
+    tab.goto(playground)
+    tab.evaluate(READY)
+    assert not re.search(r"\d", tab.inner_text("body").partition("flockesc_env")[0])
+    tab.click("#skip")
+    wait(tab, "page.player.time > 0.2")
+    assert tab.evaluate(STATE) == ["paper-flock", str(FIRST), {}, False, DUEL]
+    assert min(tab.evaluate(COLORED)) > 1000
+    assert tab.evaluate("document.documentElement.scrollWidth") <= width
+    assert all(0 <= top < bottom <= height for top, bottom in tab.evaluate(SHOWN))
+    before = tab.evaluate("[page.player.time, page.panels[0].canvas.toDataURL()]")
+    wait(tab, f"page.player.time > {before[0]}")
+    assert tab.evaluate("page.panels[0].canvas.toDataURL()") != before[1]
+    assert requests == [playground]
+
+
+def test_a_guess_flies_and_the_next_flock_follows_the_end(tab: Page, playground: str) -> None:
+    tab.goto(playground)
+    tab.evaluate(READY)
+    tab.fill("#guess", str(RANGES.index(40.0)))
+    tab.click("#fly")
+    wait(tab, "page.player.isPlaying")
+    assert tab.evaluate(STATE)[4] == ["fixed:40", HEADLINE]
+    assert "your range, 40 m" in text(tab, "#means")
+    tab.evaluate("page.player.seek(11.9)")
+    wait(tab, f"page.flight.seed !== '{FIRST}' && page.player.time > 0.1")
+    assert tab.evaluate("[page.flight.seed === page.tour[1], location.hash]") == [True, ""]
+    tab.click("#choice .buttons button")  # the reader's hand ends the tour
+    assert tab.evaluate("page.isTouring") is False
+
+
+def test_the_playground_is_small(playground: str) -> None:
+    assert len(gzip.compress(Path(playground.removeprefix("file://")).read_bytes())) < 500_000
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_axe_finds_nothing(scheme: Any, tab: Page, playground: str) -> None:
+    tab.emulate_media(color_scheme=scheme)
+    tab.goto(playground)
+    tab.evaluate(READY)
+    for act in (
+        "null",
+        "document.getElementById('skip').click(), page.player.pause()",
+        "page.inspect(page.panels[1], 3)",
+        "document.querySelectorAll('details').forEach((each) => (each.open = true))",
+        "page.steer(true), page.player.pause(), page.seek(12)",
+    ):
+        tab.evaluate(act)
+        assert Axe().run(tab).response["violations"] == []
+
+
+@pytest.mark.parametrize("lacks", ["JavaScript", "WebAssembly"])
+def test_a_browser_that_cannot_fly_shows_the_film(lacks: str, browser: Browser, playground: str) -> None:
+    with browser.new_context(java_script_enabled=lacks != "JavaScript") as context, context.new_page() as tab:
+        tab.add_init_script("delete globalThis.WebAssembly")
+        tab.goto(playground)
+        tab.wait_for_selector("#unable", state="visible")
+        assert "WebAssembly" in tab.inner_text("#unable")
+        assert tab.locator("main").is_hidden()
+        width = "document.querySelector('#unscripted img').naturalWidth"
+        assert lacks == "JavaScript" or tab.evaluate(width) > 0
+
+
+@pytest.mark.parametrize("sandbox", ["", 'sandbox="allow-scripts"'])
+def test_a_page_in_a_frame_without_an_address_flies(sandbox: str, tab: Page, playground: str) -> None:
+    content = html.escape(Path(playground.removeprefix("file://")).read_text("utf-8"))
+    tab.set_content(f'<iframe {sandbox} width="1280" height="900" srcdoc="{content}"></iframe>')
+    (frame,) = tab.frames[1:]
+    frame.evaluate(READY)
+    frame.click("#skip")
+    frame.evaluate("page.player.pause()")
+    frame.click("#next")
+    frame.click("#copy")
+    frame.wait_for_selector("#message:not(:empty)")
+    assert frame.evaluate("[page.panels.length, location.protocol]") == [2, "about:"]
+    assert frame.locator("#unable").is_hidden()
+
+
+def test_links_that_follow_one_another_show_the_last_one(tab: Page, playground: str) -> None:
+    """A chart draws the runs of the flock before later: none is freed."""
+    tab.goto(playground)
+    tab.evaluate(READY)
+    links = [f"scenario=pursuit&policies=fixed:3,{HEADLINE}&seed=3", "policies=fixed:5&seed=4&t=1"]
+    tab.evaluate(f"location.hash = '{links[0]}'")
+    wait(tab, "page.panels.length === 2 && page.flight.seed === '3'")
+    for link in (*links, *links):
+        tab.evaluate(f"location.hash = '{link}'")
+    wait(tab, "page.panels.length === 1 && page.flight.seed === '4'")
+    tab.wait_for_timeout(300)
+    assert tab.evaluate(STATE) == ["paper-flock", "4", {}, False, ["fixed:5"]]
+
+
+def test_a_page_on_a_server_reads_the_files_beside_it(tab: Page, playground: str) -> None:
+    folder = Path(playground.removeprefix("file://")).parent
+    spec = "one-range/imitation-0"
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=folder)) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        try:
+            open_page(tab, f"http://127.0.0.1:{server.server_port}/#seed={SEED}&policies={spec}&t=12")
+            assert tab.locator(".pick option[disabled]").count() == 0
+        finally:
+            server.shutdown()
+    expected = fe.simulate("paper-flock", policy=str(BOARD / "imitation/policies/one-range-0.npz"), seed=SEED)
+    assert tab.evaluate("[page.panels[0].run.spec, page.panels[0].run.objective]") == [spec, lowest(expected)]
+
+
+def test_a_page_in_a_file_offers_only_what_it_holds(
+    tab: Page, open_at: Callable[..., None], problems: list[str]
+) -> None:
+    open_at("policies=one-range/imitation-0")
+    assert "this page cannot read policies/one-range/imitation-0.npz" in text(tab, "#message")
+    assert tab.evaluate("page.panels[0].run.spec") == "fixed:12"
+    assert tab.locator(".pick option[value='one-range/imitation-0']").is_disabled()
+    for learner in ("search", "search-10x", "ppo", "ppo-10x"):
+        assert tab.locator(f".pick option[value='per-agent-visible/{learner}-0']").is_enabled()
+    problems.clear()  # the browser reports the file that it refuses to read
+
+
+def test_with_reduced_motion_the_page_waits_and_shows_the_predator(tab: Page, playground: str) -> None:
+    tab.emulate_media(reduced_motion="reduce")
+    tab.goto(f"{playground}#policies=fixed:12")
+    tab.evaluate(READY)
+    assert tab.evaluate("[page.player.isPlaying, page.isTouring]") == [False, False]
+    x, y = tab.evaluate("page.panels[0].scene.predatorPixels(0)")[:2]
+    red, green, blue, _ = tab.evaluate(f"""Array.from(page.panels[0].canvas.getContext("2d").getImageData(
+        {x} * devicePixelRatio, {y} * devicePixelRatio, 1, 1).data)""")
+    assert (red, green, blue) == (0xD5, 0x5E, 0x00)
+
 
 OBJECTIVES = "(page.seek(page.player.duration), page.panels.map(({ run }) => run.objective))"
 
@@ -308,3 +600,131 @@ def test_a_given_start_flies_with_another_range(tab: Page, tmp_path: Path) -> No
     tab.goto("about:blank")
     open_page(tab, f"{(tmp_path / 'page.html').as_uri()}#scenario=capture&policies=fixed:3&t=0")
     assert tab.evaluate(STATE) == ["capture", "0", {}, False, ["fixed:3"]]
+
+
+def test_ranges_rules_and_files_keep_the_distance_that_they_keep_in_python(
+    tab: Page, open_at: Callable[..., None]
+) -> None:
+    """test_engine.py plays every preset and file."""
+    open_at("policies=fixed:12")
+    run = fe.simulate("capture", 12.0, seed=SEED)
+    assert fly(tab, scenario("capture"), "fixed:12") == lowest(run)
+    assert text(tab, ".readout div:nth-child(2) dd") == f"{lowest(run):.1f} m"
+    tab.evaluate("page.panels[0].run.countComponents()")
+    counts = tab.evaluate("Array.from(page.panels[0].run.numComponents.subarray(0, 241))")
+    assert counts == list(run.num_components)
+    for name in ("capture", "topological"):
+        for rule in RULES:
+            played = fe.simulate(name, policy=rule, seed=SEED)
+            assert fly(tab, scenario(name), rule) == lowest(played), (name, rule)
+
+
+@pytest.mark.parametrize(
+    "address", ["agents=50&noise=0.25&policies=stubborn-leaders", f"scenario=capture&policies={HEADLINE}"]
+)
+def test_the_code_plays_the_same_flock_in_python(
+    address: str, tab: Page, open_at: Callable[..., None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    open_at(f"{address}&seed={SEED}")
+    tab.click("#python summary")
+    wait(tab, "document.getElementById('code').textContent.includes('#')")
+    code, printed = text(tab, "#code").split("  # ")
+    monkeypatch.chdir(ROOT)
+    names: dict[str, Any] = {"print": lambda value: names.update(value=value)}
+    exec(code, names)  # noqa: S102, the code that the page offers
+    assert names["value"] == float(printed)
+    tab.evaluate("page.seek(page.player.duration)")
+    assert tab.evaluate("page.panels[0].run.objective") == names["value"]
+    checksum = hashlib.sha256(BEST.read_bytes()).hexdigest()
+    assert (checksum in text(tab, "#code-note")) == (HEADLINE in address)
+
+
+def test_the_means_are_those_of_the_held_out_flocks_of_the_task(
+    tab: Page, open_at: Callable[..., None]
+) -> None:
+    open_at()
+    task, measured = tasks["per-agent-visible"], means(20)
+    best = measured["fixed"][RANGES.index(12.0)]
+    assert task.scales["paper-flock"].best_fixed_range == 12
+    fixed = fe.sweep("paper-flock", [12.0], seeds=task.seeds[:20]).min_mean_distance
+    assert best["mean"] == fixed.mean()
+    for each in (best, measured["learned"]):
+        estimate = f"{each['mean']:.1f} m [{each['low']:.1f}, {each['high']:.1f}]"
+        assert estimate in text(tab, "#means")
+
+
+def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
+    tab: Page, open_at: Callable[..., None]
+) -> None:
+    name = "field-of-view"
+    open_at(f"scenario={name}&seed={SEED}&policies=fixed:9")
+    tab.evaluate("page.seek(5); page.seek(4)")
+    run = fe.simulate(name, 9.0, seed=SEED)
+    x, y = tab.evaluate("page.panels[0].scene.points.subarray(30, 32)")
+    tab.click(".panel canvas", position={"x": x, "y": y})
+    agent, heard = tab.evaluate("[page.look.chosen.agent, page.look.chosen.heard]")
+    assert text(tab, "#agent") == f"Agent {agent} listens within 9 m"
+    pairs = neighbor_pairs(run.scenario, run.positions[80], 9.0, velocities=run.velocities[80])
+    assert sorted(heard) == pairs[pairs[:, 0] == agent, 1].tolist()
+    for step in (60, 100):
+        tab.evaluate(f"page.seek({step} * page.player.timeStep)")
+        shown = tab.evaluate("""Object.fromEntries([...document.querySelectorAll("#agent-entries div")].map(
+            (row) => [...row.children].map((part) => part.textContent)))""")
+        before = run.positions[step - 1], run.velocities[step - 1]
+        pairs = neighbor_pairs(run.scenario, before[0], 9.0, velocities=before[1])
+        way = run.predator_positions[step, 0] - run.positions[step, agent]
+        others = pairs[pairs[:, 0] == agent, 1]
+        assert (
+            shown.items()
+            >= {
+                "time": f"{run.times[step]:.2f} s",
+                "lowest mean distance so far": f"{run.mean_distance[: step + 1].min():.1f} m",
+                "heard in the last step": f"{len(others)} agents",
+                "distance to the predator": f"{np.linalg.norm(way):.1f} m",
+            }.items()
+        )
+
+
+FLOCK = fe.FlockScenario(num_agents=40, num_steps=80)  # 4 s
+SPECS = ("fixed:15", "stubborn-leaders")
+TITLES = ["fixed range 15 m", "rule: stubborn leaders"]
+
+
+CURSORS = """[...document.querySelectorAll(".chart .u-over")].map((plot) => {
+    const [box, now] = [plot, plot.querySelector(".now")].map((part) => part.getBoundingClientRect());
+    return (now.left - box.left) / box.width;
+})"""
+
+
+def test_without_the_engine_a_page_replays(tab: Page, tmp_path: Path) -> None:
+    """Scrubbing moves the flock, the cursors of three charts, and the numbers."""
+    runs = [(spec, fe.simulate(FLOCK, policy=spec, seed=3)) for spec in SPECS]
+    (tmp_path / "page.html").write_text(render(runs, replay(runs), with_engine=False))
+    open_page(tab, (tmp_path / "page.html").as_uri())
+    titles = "[...document.querySelectorAll('.panel h2')].map((title) => title.textContent)"
+    assert tab.evaluate(titles) == TITLES
+    assert tab.evaluate("document.title") == " / ".join(TITLES)
+    assert min(tab.evaluate(COLORED)) > 50
+    live = "[...document.querySelectorAll('.live')].some((part) => part.checkVisibility())"
+    assert tab.evaluate(live) is False
+    assert text(tab, "#facts").endswith(f"seed 3 \u00b7 flockesc-env {version('flockesc-env')}")
+    before = tab.evaluate("page.panels[0].canvas.toDataURL()")
+    tab.fill("#scrub", "3")
+    assert tab.evaluate(CURSORS) == pytest.approx([0.75] * 3, abs=0.01)
+    assert tab.evaluate("page.panels[0].canvas.toDataURL()") != before
+    distances = runs[0][1].mean_distance
+    shown = "[...page.panels[0].root.querySelectorAll('div:not([hidden]) > dd')].map((dd) => dd.textContent)"
+    assert tab.evaluate(shown) == [f"{distances[60]:.1f} m", f"{distances[:61].min():.1f} m"]
+    tab.evaluate("page.seek(3.8); page.player.play()")
+    wait(tab, "!page.player.isPlaying")
+    assert text(tab, "#time") == "4.0 of 4 s"
+
+
+def test_names_are_text(tab: Page, tmp_path: Path) -> None:
+    hack = "<img src=x onerror='window.hacked = 1'><script>window.hacked = 1</script>"
+    name = f"</script><!--<script></script>{hack}&amp;$title ${{data}}"
+    fe.watch.write_page([(name, fe.simulate(SMALL, 5.0, seed=3))], tmp_path / "page.html")
+    open_page(tab, (tmp_path / "page.html").as_uri())
+    assert text(tab, ".panel h2") == name
+    assert tab.evaluate("document.title") == name
+    assert tab.evaluate("[typeof window.hacked, document.images.length]") == ["undefined", 0]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from speed import flocks, frameworks, instructions, line, page, peers
+from speed import frameworks, instructions, models, page, peers
 from speed.measure import Measurements
 from speed.peers import Flocks, Outcome, Peer, numpy_flocks
 
@@ -19,7 +19,7 @@ CHANGES = sorted((ROOT / frameworks.RESULTS).glob("changes/*.json"))
 
 def test_peers_agree_with_this_project() -> None:
     peers.check(list(numpy_flocks.PEERS))
-    for rule, ranges, peer in flocks.RULES.values():
+    for rule, ranges, peer in models.RULES.values():
         peers.check([peer], ranges, rule)
 
 
@@ -31,12 +31,11 @@ def test_a_peer_that_computes_something_else_is_refused() -> None:
         peers.check([Peer("wider", run)])
 
 
-@pytest.mark.parametrize("rho", line.RANGES)
+@pytest.mark.parametrize("rho", models.LINE_RANGES)
 def test_the_line_in_numpy_agrees_and_a_wrong_one_is_refused(rho: float) -> None:
-    right = line.PEERS["NumPy, all pairs"]
-    line.check("NumPy", right, rho)
-    with pytest.raises(peers.DisagreementError, match="late"):
-        line.check("late", lambda x, scenario, rho, steps: right(x, scenario, rho, steps - 1), rho)
+    models.check_line(models.numpy_line, rho)
+    with pytest.raises(peers.DisagreementError, match="on the line"):
+        models.check_line(lambda x, scenario, rho, steps: models.numpy_line(x, scenario, rho, steps - 1), rho)
 
 
 @pytest.mark.parametrize(("path", "blocks"), [(page.REPORT, 7), (page.README, 1)], ids=str)

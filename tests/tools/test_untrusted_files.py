@@ -16,10 +16,11 @@ from cli_runs import Ran, policy_file
 from option_table import small_flock
 
 import flockesc_env
-from flockesc_env import FlockScenario, LineScenario, load_policy
+from flockesc_env import FlockScenario, LineScenario, load_policy, save_policy
 from flockesc_env.cli.output import Exit
 from flockesc_env.common.errors import InputError
 from flockesc_env.models import records
+from flockesc_env.policies import Architecture, PredatorNetwork
 
 MUTATIONS = 100
 """Number of mutations per kind of file."""
@@ -38,6 +39,11 @@ def write_line(path: Path) -> None:
     records.save_run(flockesc_env.simulate_line(LineScenario(num_agents=5), 0.1, seed=1), path)
 
 
+def write_predator(path: Path) -> None:
+    network = PredatorNetwork(Architecture(("time",), ()), [0.5, 1.0, 0.25, -1.0])
+    save_policy(network.with_options(scenario=SCENARIO.with_learned_predators()), path)
+
+
 def read_scenario(path: Path) -> FlockScenario:
     text = path.read_bytes().decode("utf-8", "replace")
     return (FlockScenario.from_toml if path.suffix == ".toml" else FlockScenario.from_json)(text)
@@ -45,6 +51,7 @@ def read_scenario(path: Path) -> FlockScenario:
 
 FILES: dict[str, tuple[Callable[[Path], None], Callable[[Path], Any]]] = {
     "policy.npz": (lambda path: policy_file(path, SCENARIO) and None, load_policy),
+    "predator.npz": (write_predator, load_policy),
     "run.npz": (write_run, records.load_run),
     "line.npz": (write_line, records.load_run),
     "scenario.toml": (lambda path: path.write_text(SCENARIO.to_toml()) and None, read_scenario),
@@ -173,6 +180,7 @@ def hostile_files(name: str, path: Path) -> Iterator[bytes]:
 
 READERS = {
     "policy": ["simulate", "FILE", "--set", "num_agents=5", "--set", "num_steps=2"],
+    "predator": ["simulate", "fixed:1", "--predator", "FILE", "--set", "num_steps=2"],
     "run": ["replay", "FILE"],
     "line": ["replay", "FILE"],
     "scenario": ["simulate", "fixed:1", "--seed", "1", "--scenario", "FILE"],

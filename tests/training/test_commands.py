@@ -16,11 +16,11 @@ import flockesc_env as fe
 from flockesc_env.cli import main
 from flockesc_env.episodes import splits
 from flockesc_env.policies import FixedRange, SB3Policy, load_policy
+from flockesc_env.policies.compare import ORACLE
 from flockesc_env.sb3 import RangePolicy
 from flockesc_env.taskset import tasks
-from flockesc_env.taskset.comparison import ORACLE, grid_of
 from training.__main__ import TRAINING
-from training.compare import compare
+from training.figures import draw
 from training.train import train
 
 HELD_OUT = splits.HELD_OUT[:6]
@@ -61,7 +61,7 @@ def test_a_comparison_is_that_of_rollouts_and_sweeps(run: Path) -> None:
     best = task.scales["small"].best_fixed_range
     assert list(found.values)[:2] == [f"best fixed range ({best:g} m)", ORACLE]
     np.testing.assert_array_equal(fixed, fe.rollout(SMALL, FixedRange(best), HELD_OUT).min_mean_distance)
-    np.testing.assert_array_equal(oracle, fe.sweep(SMALL, grid_of(task), HELD_OUT).hindsight_oracle())
+    np.testing.assert_array_equal(oracle, fe.sweep(SMALL, SMALL.search_ranges, HELD_OUT).hindsight_oracle())
     leaders = fe.rollout(SMALL, task.shortcut.policy, HELD_OUT, **task.options)
     np.testing.assert_array_equal(rule, leaders.min_mean_distance)
     np.testing.assert_array_equal(three, same)
@@ -77,7 +77,7 @@ def test_a_comparison_is_that_of_rollouts_and_sweeps(run: Path) -> None:
     assert row.difference.low <= row.difference.mean <= row.difference.high
     line = next(line for line in str(found).splitlines() if line.startswith("| fixed:3 |"))
     assert f"{row.objective:.2f} | {row.difference:.2f}" in line
-    table = found.to_polars().filter(policy="fixed:3").sort("seed")
+    table = found.table().filter(policy="fixed:3").sort("seed")
     assert (table["seed"].to_list(), table["objective"].to_list()) == (list(HELD_OUT), three.tolist())
     with pytest.raises(fe.InputError, match="turn-away: profile_ranges: expected none, as in the task"):
         task.compare("turn-away")
@@ -97,7 +97,11 @@ def test_the_command_compares_models_and_files(
     expected = fe.rollout(task.scenario, SB3Policy(model), HELD_OUT[:2], **task.options)
     assert table.filter(policy="model")["objective"].to_list() == expected.min_mean_distance.tolist()
     assert ran.out.startswith((tmp_path / "out/table.md").read_text())
-    assert Ran(capsys, "watch", f"A2C:{file}").code == 2
+    refused = Ran(capsys, "watch", f"A2C:{file}")
+    assert (refused.code, refused.out) == (2, "")
+    assert "policy: expected a model that knows its scenario and options: one of RangePolicy" in refused.err
+    document = Ran(capsys, "compare", f"A2C:{file}", *few, "--json").json()
+    assert document["policies"]["model"]["objective"]["mean"] == expected.min_mean_distance.mean()
     shorter = task.vec_env(1, max_range=10.0)  # the model stores it
     settings = {"spec": shorter.get_attr("policy_spec")[0], "first_range": 10.0}
     PPO(RangePolicy, shorter, device="cpu", policy_kwargs=settings).save(file)
@@ -108,7 +112,7 @@ def test_figures_and_recorded_runs_follow_a_comparison(
     run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     output = tmp_path / "out"
-    compare(small_task(), [load_policy(run / "policy.npz")], output, 3)
+    draw(small_task(), [load_policy(run / "policy.npz")], output, 3)
     for name in ("objective_against_range", "flock_over_time", "flock_under_attack"):
         for suffix in (".png", ".svg"):
             assert (output / name).with_suffix(suffix).stat().st_size > 5_000
@@ -131,7 +135,7 @@ def test_the_commands_train_list_and_refuse(tmp_path: Path, capsys: pytest.Captu
     full = Ran(capsys, "train", "one-range", *few, run=TRAINING.main)
     assert "run: expected an empty folder or one of a run" in full.err
     file = ["--output", tmp_path / "run/mine.txt"]
-    assert Ran(capsys, "compare", "fixed:5", "--task", "one-range", *file, run=TRAINING.main).code == 2
+    assert Ran(capsys, "figures", "fixed:5", "--task", "one-range", *file, run=TRAINING.main).code == 2
 
 
 def test_a_run_leaves_its_record(run: Path) -> None:

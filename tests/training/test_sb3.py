@@ -20,7 +20,7 @@ from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import SB3Policy
 from flockesc_env.sb3 import RangePolicy
 from flockesc_env.taskset import tasks
-from flockesc_env.taskset.learners import OWN_ALGORITHMS, Learner, learners, read_learners
+from flockesc_env.taskset.learners import OWN_ALGORITHMS, Learner, read_learners
 from training import sb3
 from training.imitation import ImitationArguments
 from training.rounds import hyperparameters_of
@@ -29,7 +29,7 @@ from training.search import SearchArguments
 from training.train import train
 
 SB3 = [name for name in LEARNERS if name not in OWN_ALGORITHMS]
-TABLES = [(task, name) for task in tasks for name in learners(tasks[task])]
+TABLES = [(task, name) for task in tasks for name in tasks[task].learners]
 
 
 @pytest.mark.parametrize("algorithm", SB3)
@@ -61,7 +61,7 @@ def test_every_algorithm_trains_and_ends_with_its_best_model(algorithm: str, tmp
 )
 def test_the_untrained_policy_is_a_fixed_range(options: dict[str, Any]) -> None:
     task = small_task()
-    env, spec = task.vec_env(**options), task.policy_spec(**options)
+    env, spec = task.vec_env(**options), task.spec_with(**options)
     first = {"spec": spec, "first_range": 5.0, "first_std": 0.25}
     model = PPO(RangePolicy, env, policy_kwargs=first, device="cpu", seed=0)
     options = {**task.options, **options, "per_agent": True}
@@ -91,7 +91,7 @@ def test_the_untrained_policy_is_a_fixed_range(options: dict[str, Any]) -> None:
                 drawn, _ = make().predict(rows, deterministic=False)
                 np.testing.assert_allclose(spec.actions.to_ranges(drawn, len(rows)), 5.0, atol=0.1)
     for field, value in (("first_range", 20.5), ("first_range", "far"), ("first_std", 0.0), ("spec", None)):
-        wrong = {**first, field: tasks["one-range"].policy_spec() if field == "spec" else value}
+        wrong = {**first, field: tasks["one-range"].policy_spec if field == "spec" else value}
         with pytest.raises(InputError, match="interaction_range" if value == 20.5 else field):
             PPO(RangePolicy, env, policy_kwargs=wrong, device="cpu")
 
@@ -178,11 +178,11 @@ def test_the_tables_have_hyperparameters_that_their_algorithms_take(task: str, n
 
 @pytest.mark.parametrize("task", tasks.values(), ids=tasks)
 def test_the_lines_of_the_readme_train_on_every_task(task: Any) -> None:
-    short = {"n_steps": 2, "batch_size": 2 * task.policy_spec().rows}
+    short = {"n_steps": 2, "batch_size": 2 * task.policy_spec.rows}
     model = PPO(env=task.vec_env(num_flocks=1), device="cpu", **task.hyperparameters("ppo") | short)
     assert model.learn(1).num_timesteps == short["batch_size"]
     options = model.get_env().get_attr("options")[0]
-    assert options == options.replace(**learners(task)["ppo"].options)
+    assert options == dataclasses.replace(options, **task.learner("ppo").options)
     assert task.compare(model, num_flocks=2)
 
 

@@ -60,13 +60,8 @@ class Flight {
 
   newFlock() {
     const { json, seed, start } = this;
-    if (start) {
-      const [positions, velocities] = [start.positions, start.velocities].map(
-        (text) => new Float64Array(bytesOf(text).buffer),
-      );
-      return wasm_bindgen.Flock.startedAt(json, PER_AGENT, 0n, positions, velocities);
-    }
-    return new wasm_bindgen.Flock(json, PER_AGENT, BigInt(seed));
+    const arrays = start ? [start.positions, start.velocities].map((text) => new Float64Array(bytesOf(text).buffer)) : [];
+    return new wasm_bindgen.Flock(json, PER_AGENT, BigInt(start ? 0 : seed), ...arrays);
   }
 
   /** The observer of a policy's options. */

@@ -23,12 +23,12 @@ pub use agents::PerAgent;
 pub use base::check::{MAX_AGENTS, MAX_CANDIDATES, MAX_PARTS, MAX_STEPS};
 pub use base::entry::Entry;
 pub use base::error::{Error, Result};
+pub use base::load::Load;
 pub use base::rng::episode_seed;
 pub use episode::{Batch, Episode, EpisodeConfig, EpisodeOutcome, Metrics, Running};
 pub use flock::{
-    COLUMNS, Distribution, FirstOrder, FlockConfig, InitialHeadings, InitialPositions,
-    InitialState, Motion, PredatorDistance, PreferredDistance, Reynolds, Schedule, Trajectory,
-    World, Zones, simulate_flock,
+    Action, Distribution, FirstOrder, FlockConfig, InitialHeadings, InitialPositions, InitialState,
+    Motion, PredatorDistance, PreferredDistance, Reynolds, Run, World, Zones,
 };
 pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use kinds::kinds;

@@ -13,7 +13,7 @@ use crate::base::error::{Error, Result};
 const MAGIC: [u8; 4] = *b"FESC";
 
 /// Version of the body's format.
-const VERSION: u32 = 5;
+const VERSION: u32 = 6;
 
 const HEADER_LEN: usize = 16;
 

@@ -141,25 +141,16 @@ fn run_flock<const D: usize>(
     seed: u64,
     progress: &Progress,
 ) -> Result<FlockOutcome> {
-    config.check_draw(seed)?;
-    let mut world = World::<D>::new(config.clone(), &InitialState::seeded(seed));
-    world.stop_counting();
-    let mut outcome = FlockOutcome {
-        objectives: [f64::INFINITY; Objective::COUNT],
-        num_components: 0,
-    };
-    for step in 0..=config.num_steps {
-        if step > 0 {
-            progress.check()?;
-            world.step(Ranges::Shared(range))?;
-        }
-        let values = Objective::values_of(&world);
-        for (minimum, value) in outcome.objectives.iter_mut().zip(values) {
+    let mut objectives = [f64::INFINITY; Objective::COUNT];
+    let world = run::<D>(config, range, seed, progress, |world| {
+        for (minimum, value) in objectives.iter_mut().zip(Objective::values_of(world)) {
             *minimum = minimum.min(value);
         }
-    }
-    outcome.num_components = world.num_components(Ranges::Shared(range));
-    Ok(outcome)
+    })?;
+    Ok(FlockOutcome {
+        objectives,
+        num_components: world.num_components(Ranges::Shared(range)),
+    })
 }
 
 fn polarizations<const D: usize>(
@@ -168,15 +159,28 @@ fn polarizations<const D: usize>(
     seed: u64,
     progress: &Progress,
 ) -> Result<Vec<f64>> {
-    config.check_draw(seed)?;
-    let mut world = World::<D>::new(config.clone(), &InitialState::seeded(seed));
-    world.stop_counting();
     let mut found = memory::vector("num_steps", config.num_steps + 1)?;
-    found.push(world.polarization());
+    run::<D>(config, range, seed, progress, |world| {
+        found.push(world.polarization());
+    })?;
+    Ok(found)
+}
+
+/// Runs a flock to its horizon, calls `record` at the times 0..=T and returns the flock.
+fn run<const D: usize>(
+    config: &Arc<FlockConfig>,
+    range: f64,
+    seed: u64,
+    progress: &Progress,
+    mut record: impl FnMut(&World<D>),
+) -> Result<World<D>> {
+    let mut world = World::<D>::new(config.drawn(seed)?, &InitialState::seeded(seed));
+    world.stop_counting();
+    record(&world);
     for _ in 0..config.num_steps {
         progress.check()?;
         world.step(Ranges::Shared(range))?;
-        found.push(world.polarization());
+        record(&world);
     }
-    Ok(found)
+    Ok(world)
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use flockesc_core::{ActionOptions, NormalizedRange, RangeMap as Map, bindings};
+use flockesc_core::{ActionOptions, RangeMap as Map, bindings};
 use numpy::{
     Element, IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArrayDyn, PyUntypedArray, PyUntypedArrayMethods,
@@ -17,7 +17,7 @@ use crate::errors::CoreError;
 #[pyclass(frozen, module = "flockesc_env._core")]
 #[derive(Clone)]
 pub(crate) struct RangeMap {
-    map: Arc<Map>,
+    pub(crate) map: Arc<Map>,
     document: Arc<str>,
 }
 
@@ -95,16 +95,6 @@ impl RangeMap {
             (None, Err(_)) => only(action.cast::<PyArray1<f64>>().ok()?),
         };
         Some(self.map.of(value?))
-    }
-}
-
-impl RangeMap {
-    /// Returns the map of normalized actions.
-    ///
-    /// # Errors
-    /// `InputError` on `action_mode` if it is not `"normalized"`.
-    pub(crate) fn normalized(&self) -> Result<NormalizedRange, CoreError> {
-        Ok(self.map.normalized()?)
     }
 }
 

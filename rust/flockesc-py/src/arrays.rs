@@ -1,9 +1,7 @@
 //! Conversion between NumPy arrays and vectors, with checks of shapes.
 
-use numpy::{
-    Element, IntoPyArray, PyArray, PyArrayMethods, PyReadonlyArrayDyn, PyUntypedArrayMethods,
-    ndarray::Dimension,
-};
+use numpy::ndarray::Dimension;
+use numpy::{Element, IntoPyArray, PyArray, PyArrayMethods, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -52,19 +50,6 @@ where
     [usize; K]: numpy::ndarray::IntoDimension,
 {
     Ok(values.into_pyarray(py).reshape(shape)?.into_any())
-}
-
-/// Returns the numbers of rows and columns of a two-dimensional array.
-pub(crate) fn rows_and_columns(array: &PyReadonlyArrayDyn<'_, f64>) -> PyResult<(usize, usize)> {
-    match *array.shape() {
-        [rows, columns] => Ok((rows, columns)),
-        _ => Err(CoreError::from(flockesc_core::Error::input(
-            "interaction_range",
-            "2 dimensions",
-            format!("{} dimensions", array.ndim()),
-        ))
-        .into()),
-    }
 }
 
 /// Collects one field of all items into a one-dimensional array.

@@ -3,10 +3,7 @@
 mod inner;
 mod step;
 
-use std::sync::Arc;
-
-use flockesc_core::bindings::Observed;
-use flockesc_core::{Batch, Episode, EpisodeConfig, Error, FlockConfig};
+use flockesc_core::{Batch, Episode, EpisodeConfig, Error};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::intern;
 use pyo3::prelude::*;
@@ -14,9 +11,10 @@ use pyo3::types::{PyBytes, PyDict};
 
 use crate::actions::RangeMap;
 use crate::arrays::{Dict, Object, Tuple, column, overwrite, shaped};
-use crate::errors::{CoreError, try_borrow, try_borrow_mut};
-use crate::info::{self, columns, metric_columns, numbers};
+use crate::errors::{CoreError, named, try_borrow, try_borrow_mut};
+use crate::info::{self, columns, metric_columns, numbers, with_load};
 use crate::long_call::{long_call, read};
+use crate::models::flock;
 use crate::rollout::{NetworkArguments, names, outcome_columns};
 use inner::{Inner, Start, on_batch, resets};
 use step::Out;
@@ -30,7 +28,8 @@ pub(crate) struct FlockBatch {
     rows: usize,
     row_length: usize,
     num_flocks: usize,
-    made_from: MadeFrom,
+    /// The seed is 0, because a snapshot contains the seeds of all slots.
+    made_from: Arguments,
     /// Buffers for observations and rewards, before they are copied into `out`.
     scratch: (Vec<f32>, Vec<f64>),
 }
@@ -48,9 +47,16 @@ fn measured<const D: usize, T: Send + 'static>(
     })
 }
 
-/// Arguments of the constructor: the different scenarios, the index of each slot's scenario, options and number
-/// of threads.
-type MadeFrom = (Vec<String>, Vec<usize>, String, Option<usize>);
+/// Arguments of the constructor, in order.
+type Arguments = (
+    Vec<String>,
+    Vec<usize>,
+    String,
+    RangeMap,
+    Option<usize>,
+    bool,
+    u64,
+);
 
 #[pymethods]
 impl FlockBatch {
@@ -66,10 +72,8 @@ impl FlockBatch {
         count_components: bool,
         seed: u64,
     ) -> Result<Self, CoreError> {
-        let parsed = scenarios
-            .iter()
-            .map(|document| Ok(Arc::new(FlockConfig::from_json(document)?)))
-            .collect::<flockesc_core::Result<Vec<_>>>()?;
+        let parsed = scenarios.iter().map(|document| flock(document));
+        let parsed = parsed.collect::<PyResult<Vec<_>>>()?;
         let config = EpisodeConfig::from_json(&options).map_err(CoreError::from)?;
         let per_slot: Option<Vec<_>> = slots
             .iter()
@@ -85,15 +89,24 @@ impl FlockBatch {
         };
         on_batch!(&mut inner, batch => batch.seed(seed));
         let (rows, row_length) = on_batch!(&inner, batch => (batch.rows(), batch.row_length()));
-        let num_flocks = slots.len();
+        let (num_flocks, actions) = (slots.len(), actions.get().clone());
+        let copied = actions.clone();
         Ok(Self {
             inner,
-            actions: actions.get().clone(),
+            actions,
             count_components,
             rows,
             row_length,
             num_flocks,
-            made_from: (scenarios, slots, options, num_threads),
+            made_from: (
+                scenarios,
+                slots,
+                options,
+                copied,
+                num_threads,
+                count_components,
+                0,
+            ),
             scratch: Default::default(),
         })
     }
@@ -114,10 +127,10 @@ impl FlockBatch {
         Ok((shaped(py, observations, shape)?, columns(py, &measured)?))
     }
 
-    /// Checks the scenarios that the next episodes of `slots` draw.
-    fn check_next(slf: &Bound<'_, Self>, slots: Vec<usize>) -> Result<(), CoreError> {
+    /// Draws the scenarios of the next episodes of `slots`, so that their reset after a step does not fail.
+    fn draw_next(slf: &Bound<'_, Self>, slots: Vec<usize>) -> Result<(), CoreError> {
         let inner = &mut try_borrow_mut(slf)?.inner;
-        on_batch!(inner, batch => batch.check_next(slots)).map_err(CoreError::from)
+        on_batch!(inner, batch => batch.draw_next(slots)).map_err(CoreError::from)
     }
 
     /// Steps all flocks with these ranges in m, and returns observations, rewards, whether each episode has ended,
@@ -200,15 +213,7 @@ impl FlockBatch {
     fn observe<'py>(slf: &Bound<'py, Self>, slots: Vec<usize>, view: &str) -> Object<'py> {
         let py = slf.py();
         let this = &*try_borrow(slf)?;
-        let observed = match view {
-            "flock" => Observed::Flock,
-            "predators" => Observed::Predators,
-            "own" => Observed::OwnView,
-            _ => {
-                let error = Error::input("view", "own, flock or predators", view);
-                return Err(CoreError::from(error).into());
-            }
-        };
+        let observed = named("view", view)?;
         on_batch!(&this.inner, batch => {
             let [rows, entries] = batch.shape_of(observed);
             let (visits, rows) = (batch.work_of_observations(slots.len()), slots.len() * rows);
@@ -227,7 +232,7 @@ impl FlockBatch {
             let visits = batch.work_of_observations(batch.num_flocks());
             measured(py, batch, visits, Episode::metrics)?
         });
-        metric_columns(py, &metrics)
+        with_load(metric_columns(py, &metrics)?, &metrics, |flock| flock.load)
     }
 
     /// Returns the number of connected components of every slot under the ranges of its last
@@ -252,6 +257,15 @@ impl FlockBatch {
         Ok(try_borrow(slf)?.inner.ended()?.into_pyarray(slf.py()))
     }
 
+    /// Returns whether the episode in each slot has reached the limit of actions.
+    fn reached_limit<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let py = slf.py();
+        let reached = on_batch!(&try_borrow(slf)?.inner, batch => {
+            measured(py, batch, 0, Episode::has_reached_limit)?
+        });
+        Ok(reached.into_pyarray(py))
+    }
+
     /// Returns whether the episode in a slot has ended.
     fn has_ended(slf: &Bound<'_, Self>, slot: usize) -> Result<bool, CoreError> {
         try_borrow(slf)?.inner.has_ended(slot)
@@ -272,11 +286,9 @@ impl FlockBatch {
         slf: &Bound<'py, Self>,
     ) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
         let inner = &try_borrow(slf)?.inner;
-        let mut rewards = on_batch!(inner, batch => batch.team_rewards());
-        rewards
-            .iter_mut()
-            .for_each(|reward| *reward = 0.0 - *reward);
-        Ok(rewards.into_pyarray(slf.py()))
+        let rewards = on_batch!(inner, batch => batch.team_rewards()).into_iter();
+        let negated: Vec<f64> = rewards.map(|reward| 0.0 - reward).collect();
+        Ok(negated.into_pyarray(slf.py()))
     }
 
     /// Returns whether each agent of each slot was caught.
@@ -316,20 +328,9 @@ impl FlockBatch {
     fn __reduce__<'py>(slf: &Bound<'py, Self>) -> Tuple<'py> {
         let py = slf.py();
         let batch = &*try_borrow(slf)?;
-        let (scenarios, slots, options, num_threads) = batch.made_from.clone();
         let all: Vec<usize> = (0..batch.num_flocks).collect();
-        let (actions, counts) = (batch.actions.clone(), batch.count_components);
-        let seed = 0; // the state contains the seeds of all slots
-        let arguments = (
-            scenarios,
-            slots,
-            options,
-            actions,
-            num_threads,
-            counts,
-            seed,
-        );
-        (slf.get_type(), arguments, batch.inner.save(py, &all)?).into_pyobject(py)
+        let (arguments, state) = (batch.made_from.clone(), batch.inner.save(py, &all)?);
+        (slf.get_type(), arguments, state).into_pyobject(py)
     }
 
     fn __setstate__(slf: &Bound<'_, Self>, state: &[u8]) -> Result<(), CoreError> {

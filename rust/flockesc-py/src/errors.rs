@@ -1,6 +1,9 @@
 //! Conversion of core errors into the exceptions of `flockesc_env.common.errors`.
 
+use std::str::FromStr;
+
 use flockesc_core::Error;
+use flockesc_core::bindings::VariantNames;
 use pyo3::PyClass;
 use pyo3::call::PyCallArgs;
 use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyRuntimeError};
@@ -58,6 +61,12 @@ fn raised<A: for<'py> PyCallArgs<'py>>(class: &str, arguments: A) -> PyErr {
             Err(error) => error,
         }
     })
+}
+
+/// Returns the variant with this name.
+pub(crate) fn named<T: FromStr + VariantNames>(field: &str, name: &str) -> Result<T, CoreError> {
+    let expected = || format!("one of {}", T::VARIANTS.join(", "));
+    T::from_str(name).map_err(|_| Error::input(field, expected(), name).into())
 }
 
 /// Creates the exception for a worker thread that panicked, which is a bug in the core.

@@ -2,26 +2,31 @@
 
 use std::sync::Arc;
 
-use flockesc_core::bindings::Run;
-use flockesc_core::{FlockConfig, InitialState};
-use nalgebra::SVector;
+use flockesc_core::{Action, InitialState, Run};
 use numpy::PyReadonlyArrayDyn;
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-use crate::arrays::{Object, array, flat, shaped, vector};
+use crate::arrays::{Object, array, flat, vector};
 use crate::errors::{CoreError, try_borrow, try_borrow_mut};
-use crate::long_call::change;
+use crate::info;
+use crate::long_call::{LONG, change, maybe_detach, read};
+use crate::models::flock;
+
+/// Smallest number of visited agents for a step that can be interrupted, because it runs on a clone. It takes
+/// about 0.1 s.
+const VERY_LONG: usize = 1 << 20;
 
 #[pyclass(module = "flockesc_env._core")]
 #[derive(Clone)]
 pub(crate) struct Flock(Inner);
 
-/// A flock in two or three dimensions.
+/// A flock in two or three dimensions, copied when it is written while another thread reads it.
 #[derive(Clone)]
 enum Inner {
-    Plane(Run<2>),
-    Space(Run<3>),
+    Plane(Arc<Run<2>>),
+    Space(Arc<Run<3>>),
 }
 
 /// Evaluates the same expression on a flock in two or three dimensions.
@@ -41,20 +46,22 @@ impl Flock {
         scenario: &str,
         seed: u64,
         positions: Option<PyReadonlyArrayDyn<'_, f64>>,
+        velocities: Option<PyReadonlyArrayDyn<'_, f64>>,
         num_threads: Option<usize>,
     ) -> Result<Self, CoreError> {
-        let config = Arc::new(FlockConfig::from_json(scenario)?);
+        let config = flock(scenario)?;
         let start = InitialState {
             positions: flat(positions)?,
+            velocities: flat(velocities)?,
             ..InitialState::seeded(seed)
         };
         Ok(Self(match config.dimension {
-            2 => Inner::Plane(Run::new(config, &start, num_threads)?),
-            _ => Inner::Space(Run::new(config, &start, num_threads)?),
+            2 => Inner::Plane(Arc::new(Run::new(config, &start, num_threads)?)),
+            _ => Inner::Space(Arc::new(Run::new(config, &start, num_threads)?)),
         }))
     }
 
-    /// Advances the flock. An interrupted call changes nothing.
+    /// Advances the flock. An interrupt ends the call between two steps.
     fn step(
         slf: &Bound<'_, Self>,
         ranges: PyReadonlyArrayDyn<'_, f64>,
@@ -62,14 +69,28 @@ impl Flock {
         predator_actions: Option<PyReadonlyArrayDyn<'_, f64>>,
         extra_force: Option<PyReadonlyArrayDyn<'_, f64>>,
     ) -> PyResult<()> {
-        let given = [Some(ranges), predator_actions, extra_force].map(flat);
-        let [ranges, actions, force] = given.map(|array| array.map(Option::unwrap_or_default));
-        let (ranges, actions, force) = (ranges?, actions?, force?);
+        let action = Arc::new(Action {
+            ranges: vector(&ranges)?,
+            predator_actions: flat(predator_actions)?.unwrap_or_default(),
+            extra_force: flat(extra_force)?.unwrap_or_default(),
+        });
+        let py = slf.py();
         on_run!(&mut try_borrow_mut(slf)?.0, run => {
-            let visits = run.work(&ranges).saturating_mul(num_steps);
-            change(slf.py(), run, visits, move |run, progress| {
-                run.step(&ranges, num_steps, &actions, &force, progress)
-            })
+            let visits = run.work(&action.ranges);
+            let at_once = if visits < LONG { LONG / visits } else { 1 };
+            for first in (0..num_steps).step_by(at_once) {
+                if first > 0 {
+                    py.check_signals()?;
+                }
+                let (action, steps) = (Arc::clone(&action), at_once.min(num_steps - first));
+                if visits < VERY_LONG {
+                    let run = Arc::make_mut(run);
+                    maybe_detach(py, visits * steps, || run.step(&action, steps)).map_err(CoreError::from)?;
+                } else {
+                    change(py, run, visits, move |run, _| Arc::make_mut(run).step(&action, steps))?;
+                }
+            }
+            Ok(())
         })
     }
 
@@ -79,34 +100,33 @@ impl Flock {
         name: &str,
         vectors: PyReadonlyArrayDyn<'_, f64>,
     ) -> Result<(), CoreError> {
-        on_run!(&mut try_borrow_mut(slf)?.0, run => Ok(run.set(name, &vector(&vectors)?)?))
+        let vectors = vector(&vectors)?;
+        on_run!(&mut try_borrow_mut(slf)?.0, run => Ok(Arc::make_mut(run).set(name, &vectors)?))
     }
 
-    /// Returns a new array with an entry or a row per agent or predator, in the order of ids.
-    fn array<'py>(slf: &Bound<'py, Self>, name: &str) -> Object<'py> {
+    /// Returns a number of the flock or a new array with an entry or a row per agent or predator, in the order of ids.
+    fn get<'py>(slf: &Bound<'py, Self>, name: &str) -> Object<'py> {
         let py = slf.py();
-        on_run!(&try_borrow(slf)?.0, run => {
-            let (world, predators) = (run.world(), run.world().predators());
-            Ok(match name {
-                "positions" => rows(py, &world.positions())?,
-                "velocities" => rows(py, &world.velocities())?,
-                "predator_positions" => rows(py, predators.iter().map(|p| &p.position))?,
-                "predator_velocities" => rows(py, predators.iter().map(|p| &p.velocity))?,
-                "caught_by" => array(py, run.captures.1.clone()),
-                "heard" => array(py, world.heard()),
-                _ => {
-                    let mut distances = Vec::new();
-                    world.write_distances(&mut distances);
-                    array(py, distances)
-                }
-            })
+        on_run!(&try_borrow(slf)?.0, run => match name {
+            "seed" => run.seed.into_bound_py_any(py),
+            "num_steps" => run.num_steps.into_bound_py_any(py),
+            "caught_at" => Ok(array(py, run.caught_at.clone())),
+            "caught_by" => Ok(array(py, run.caught_by.clone())),
+            _ => info::measure(py, run.world(), name),
         })
     }
 
-    /// The seed, and the number of steps since t = 0.
-    #[getter]
-    fn origin(slf: &Bound<'_, Self>) -> Result<(u64, usize), CoreError> {
-        on_run!(&try_borrow(slf)?.0, run => Ok(run.origin))
+    /// Returns the number of connected components under these ranges.
+    fn num_components(
+        slf: &Bound<'_, Self>,
+        ranges: PyReadonlyArrayDyn<'_, f64>,
+    ) -> PyResult<usize> {
+        let ranges = vector(&ranges)?;
+        on_run!(&try_borrow(slf)?.0, run => {
+            read(slf.py(), run, run.work(&ranges), move |run, _| {
+                run.num_components(&ranges)
+            })
+        })
     }
 
     fn get_state<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyBytes>, CoreError> {
@@ -114,20 +134,10 @@ impl Flock {
     }
 
     fn set_state(slf: &Bound<'_, Self>, state: &[u8]) -> Result<(), CoreError> {
-        on_run!(&mut try_borrow_mut(slf)?.0, run => Ok(run.restore(state)?))
+        on_run!(&mut try_borrow_mut(slf)?.0, run => Ok(Arc::make_mut(run).restore(state)?))
     }
 
     fn copy(slf: &Bound<'_, Self>) -> Result<Self, CoreError> {
         Ok(try_borrow(slf)?.clone())
     }
-}
-
-/// Returns an array with a row per vector.
-fn rows<'py, 'a, const D: usize>(
-    py: Python<'py>,
-    vectors: impl IntoIterator<Item = &'a SVector<f64, D>>,
-) -> Object<'py> {
-    let entries: Vec<f64> = vectors.into_iter().flatten().copied().collect();
-    let count = entries.len() / D;
-    shaped(py, entries, [count, D])
 }

@@ -1,7 +1,7 @@
 //! Python functions for the neighbor graph of a flock and the matrices of a line.
 
-use flockesc_core::bindings::{GraphArguments, memory};
-use flockesc_core::{FlockConfig, Result};
+use flockesc_core::bindings::memory;
+use flockesc_core::{FlockConfig, NeighborGraph, Result};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
@@ -50,9 +50,9 @@ fn arguments(
     positions: &PyReadonlyArray2<'_, f64>,
     velocities: &PyReadonlyArray2<'_, f64>,
     ranges: &PyReadonlyArray1<'_, f64>,
-) -> PyResult<GraphArguments> {
+) -> PyResult<NeighborGraph> {
     let scenario = scenario.map(FlockConfig::from_json).transpose();
-    Ok(GraphArguments {
+    Ok(NeighborGraph {
         scenario: scenario.map_err(CoreError::from)?,
         dimension: positions.shape()[1],
         positions: positions.as_slice()?.to_vec(),

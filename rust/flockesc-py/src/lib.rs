@@ -32,16 +32,12 @@ mod _core {
     use crate::line::LineEpisode;
     #[pymodule_export]
     use crate::models::{
-        check_flock_scenario, check_line_scenario, check_memory, default_flock_scenario,
-        default_line_scenario, drawn_flock_scenario, episode_seed, kinds, line_observation_entries,
-        observation_entries, predator_observation_entries, scan_flock, simulate_flock,
-        simulate_line, sweep_flock, sweep_line,
+        check_flock_scenario, check_line_scenario, check_memory, drawn_flock_scenario,
+        episode_seed, kinds, line_observation_entries, observation_entries,
+        predator_observation_entries, scan_flock, simulate_line, sweep_flock, sweep_line,
     };
     #[pymodule_export]
     use crate::rollout::{log1p, network_outputs, rollout_line, tanh_layers};
-
-    #[pymodule_export]
-    const MAX_PARTS: usize = flockesc_core::MAX_PARTS;
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {

@@ -5,45 +5,39 @@ use std::sync::Arc;
 
 use flockesc_core::bindings::memory;
 use flockesc_core::{
-    COLUMNS, Entry, EpisodeConfig, FlockConfig, InitialState, LineConfig, Objective, Schedule,
-    line_entries, predator_entries,
+    Entry, EpisodeConfig, FlockConfig, LineConfig, Objective, line_entries, predator_entries,
 };
 use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 
-use crate::arrays::{Dict, Object, array, flat, grid, rows_and_columns, shaped, vector};
+use crate::arrays::{Dict, Object, array, flat, grid, shaped};
 use crate::errors::CoreError;
 use crate::long_call::long_call;
 
+/// Checks a document and returns it with all fields, in canonical form.
 #[pyfunction]
-pub(crate) fn check_flock_scenario(scenario: &str) -> Result<(), CoreError> {
-    Ok(FlockConfig::from_json(scenario).map(drop)?)
+pub(crate) fn check_flock_scenario(scenario: &str) -> Result<String, CoreError> {
+    Ok(FlockConfig::from_json(scenario)?.to_json())
 }
 
-/// Returns the scenario of the episode with this seed, with drawn numbers, or `None` without randomization.
+/// Checks a document and returns it with all fields, in canonical form.
 #[pyfunction]
-pub(crate) fn drawn_flock_scenario(scenario: &str, seed: u64) -> Result<Option<String>, CoreError> {
-    let config = FlockConfig::from_json(scenario)?;
-    config.check_draw(seed)?;
-    Ok(config.drawn_json(seed))
+pub(crate) fn check_line_scenario(scenario: &str) -> Result<String, CoreError> {
+    Ok(LineConfig::from_json(scenario)?.to_json())
 }
 
+/// Returns the scenario of the episode with this seed, with drawn numbers and without randomization.
 #[pyfunction]
-pub(crate) fn check_line_scenario(scenario: &str) -> Result<(), CoreError> {
-    Ok(LineConfig::from_json(scenario).map(drop)?)
+pub(crate) fn drawn_flock_scenario(scenario: &str, seed: u64) -> PyResult<String> {
+    let drawn = flock(scenario)?.drawn(seed).map_err(CoreError::from)?;
+    Ok(drawn.to_json())
 }
 
-/// Returns the document of the default flock, which is the paper's.
-#[pyfunction]
-pub(crate) fn default_flock_scenario() -> String {
-    FlockConfig::default().to_json()
-}
-
-/// Returns the document of the default line, which is the paper's.
-#[pyfunction]
-pub(crate) fn default_line_scenario() -> String {
-    LineConfig::default().to_json()
+/// Parses and checks the document of a flock.
+pub(crate) fn flock(document: &str) -> PyResult<Arc<FlockConfig>> {
+    let config = FlockConfig::from_json(document).map_err(CoreError::from)?;
+    Ok(Arc::new(config))
 }
 
 /// Returns every family of parts with the names of its kinds in documents.
@@ -60,50 +54,6 @@ pub(crate) fn kinds() -> BTreeMap<&'static str, Vec<&'static str>> {
 pub(crate) fn check_memory(field: &str, num_bytes: u128) -> Result<(), CoreError> {
     let len = usize::try_from(num_bytes).unwrap_or(usize::MAX);
     Ok(memory::probe::<u8>(field, len)?)
-}
-
-/// Returns the columns with the names in `record`, of the times 0, `every`, .., and the steps of captures and minima
-/// over all steps.
-#[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "options of a run")]
-pub(crate) fn simulate_flock<'py>(
-    py: Python<'py>,
-    scenario: &str,
-    ranges: PyReadonlyArrayDyn<'py, f64>,
-    seed: u64,
-    positions: Option<PyReadonlyArrayDyn<'py, f64>>,
-    velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
-    num_threads: Option<usize>,
-    predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
-    every: usize,
-    record: Vec<String>,
-) -> Dict<'py> {
-    let config = Arc::new(FlockConfig::from_json(scenario).map_err(CoreError::from)?);
-    let (rows, columns) = rows_and_columns(&ranges)?;
-    let schedule = Schedule {
-        values: vector(&ranges)?,
-        rows,
-        columns,
-        predator_actions: flat(predator_actions)?.unwrap_or_default(),
-        skipped: every.saturating_sub(1),
-        omitted: COLUMNS.map(|name| record.iter().all(|recorded| recorded != name)),
-    };
-    let start = InitialState {
-        seed,
-        positions: flat(positions)?,
-        velocities: flat(velocities)?,
-        ..InitialState::default()
-    };
-    let run = long_call(py, None, move |progress| {
-        flockesc_core::simulate_flock(config, &schedule, &start, num_threads, progress)
-    })?;
-    let dict = PyDict::new(py);
-    for (name, values) in COLUMNS.iter().zip(run.columns) {
-        dict.set_item(name, array(py, values))?;
-    }
-    dict.set_item("caught_at", array(py, run.caught_at))?;
-    dict.set_item("minima", run.minima)?;
-    Ok(dict)
 }
 
 #[pyfunction]
@@ -143,7 +93,7 @@ pub(crate) fn sweep_flock<'py>(
     num_threads: Option<usize>,
     report: Option<&Bound<'py, PyAny>>,
 ) -> Dict<'py> {
-    let config = Arc::new(FlockConfig::from_json(scenario).map_err(CoreError::from)?);
+    let config = flock(scenario)?;
     let (ranges, seeds) = (ranges.as_slice()?.to_vec(), seeds.as_slice()?.to_vec());
     let shape = [ranges.len(), seeds.len()];
     let cells = long_call(py, report, move |progress| {
@@ -170,11 +120,8 @@ pub(crate) fn scan_flock<'py>(
     num_threads: Option<usize>,
     report: Option<&Bound<'py, PyAny>>,
 ) -> Object<'py> {
-    let configs: Vec<_> = scenarios
-        .iter()
-        .map(|scenario| Ok(Arc::new(FlockConfig::from_json(scenario)?)))
-        .collect::<Result<_, flockesc_core::Error>>()
-        .map_err(CoreError::from)?;
+    let configs = scenarios.iter().map(|scenario| flock(scenario));
+    let configs = configs.collect::<PyResult<Vec<_>>>()?;
     let seeds = seeds.as_slice()?.to_vec();
     let runs = long_call(py, report, move |progress| {
         flockesc_core::scan_flock(&configs, interaction_range, &seeds, num_threads, progress)

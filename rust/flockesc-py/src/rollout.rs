@@ -14,6 +14,7 @@ use pyo3::types::{IntoPyDict, PyDict};
 use crate::actions::RangeMap;
 use crate::arrays::{Dict, Object, column, shaped};
 use crate::errors::CoreError;
+use crate::info::with_load;
 use crate::long_call::{long_call, run};
 
 /// Networks of one architecture, one per row of `parameters`. `choices` are the ranges in m that they choose from.
@@ -30,7 +31,9 @@ impl NetworkArguments<'_> {
         let architecture = Architecture::from_json(&architecture).map_err(CoreError::from)?;
         let (count, parameters) = (parameters.shape()[0], parameters.as_slice()?);
         let ranges = match architecture.head() {
-            Head::Value => NetworkRanges::Normalized(actions.normalized()?),
+            Head::Value => {
+                NetworkRanges::Normalized(actions.map.normalized().map_err(CoreError::from)?)
+            }
             Head::Argmax | Head::Candidates => NetworkRanges::Choices(choices),
         };
         let networks = Networks::new(&architecture, names, ranges, parameters, count);
@@ -108,7 +111,7 @@ pub(crate) fn outcome_columns<'py>(py: Python<'py>, outcomes: &[EpisodeOutcome])
         column(py, outcomes, |flock| flock.mean_return),
     )?;
     dict.set_item("num_actions", count(|flock| flock.num_actions))?;
-    Ok(dict)
+    with_load(dict, outcomes, |flock| flock.metrics.load)
 }
 
 /// Plays the line of every seed to the end of its episode, under one network for all seeds or one

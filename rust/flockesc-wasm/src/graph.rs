@@ -1,7 +1,6 @@
 //! `componentLabels` and `neighborPairs`: the neighbor graph of a flock at one time.
 
-use flockesc_core::bindings::GraphArguments;
-use flockesc_core::{Error, FlockConfig, Result};
+use flockesc_core::{Error, FlockConfig, NeighborGraph, Result};
 use wasm_bindgen::prelude::*;
 
 /// Returns the lowest index of an agent in the weakly connected component of every agent. Positions in m and
@@ -41,7 +40,7 @@ fn arguments(
     positions: Vec<f64>,
     velocities: Vec<f64>,
     ranges: Vec<f64>,
-) -> Result<GraphArguments> {
+) -> Result<NeighborGraph> {
     let scenario = FlockConfig::from_json(scenario)?;
     let dimension = scenario.dimension;
     let numbers = |count: usize| format!("{count} numbers");
@@ -57,7 +56,7 @@ fn arguments(
         let (expected, given) = (numbers(positions.len()), numbers(velocities.len()));
         return Err(Error::input("velocities", expected, given));
     }
-    Ok(GraphArguments {
+    Ok(NeighborGraph {
         scenario: Some(scenario),
         dimension,
         positions,

@@ -209,12 +209,14 @@ impl Observer {
         self.rows
     }
 
-    /// Returns the rows of a flock of this scenario that is played with one range per agent.
+    /// Returns the rows of a flock of this scenario that is played with one range per agent, or with the view of
+    /// this observer.
     ///
     /// # Errors
     /// None in a page, where nobody cancels.
     pub fn observe(&self, flock: &Flock) -> JsResult<Vec<f32>> {
-        let length = self.rows * self.entries.len();
-        Ok(flock.observe_as(&self.config, length)?)
+        let mut rows = vec![0.0; self.rows * self.entries.len()];
+        flock.observe_as(&self.config, &mut rows)?;
+        Ok(rows)
     }
 }

@@ -59,12 +59,10 @@ impl CellList {
         // At most about as many cells as agents, because smaller cells cost more time than they save.
         let area = (high[0] - low[0]) * (high[1] - low[1]);
         let side = range.max((area / positions.len() as f64).sqrt()).max(1e-9);
-        let columns = ((high[0] - low[0]) / side) as usize + 1;
-        let rows = ((high[1] - low[1]) / side) as usize + 1;
+        let [columns, rows] = [0, 1].map(|axis| ((high[axis] - low[axis]) / side) as usize + 1);
         self.cell.clear();
         self.cell.extend(positions.iter().map(|position| {
-            let column = ((position[0] - low[0]) / side) as usize;
-            let row = ((position[1] - low[1]) / side) as usize;
+            let [column, row] = [0, 1].map(|axis| ((position[axis] - low[axis]) / side) as usize);
             row * columns + column
         }));
         self.start.clear();

@@ -54,14 +54,10 @@ impl Flock {
 
     fn step(&mut self, sums: &[Point]) {
         let model = &self.model;
-        for ((position, velocity), sums) in self
-            .positions
-            .iter_mut()
-            .zip(&mut self.velocities)
-            .zip(sums)
-        {
+        let agents = self.positions.iter_mut().zip(&mut self.velocities);
+        for ((position, velocity), sum) in agents.zip(sums) {
             // The sum of the velocities has the same direction as their mean.
-            let mut force = scaled(*sums, model.speed);
+            let mut force = scaled(*sum, model.speed);
             let offset = [
                 position[0] - self.predator[0],
                 position[1] - self.predator[1],
@@ -83,12 +79,9 @@ impl Flock {
     }
 
     fn mean_distance(&self) -> f64 {
-        let total: f64 = self
-            .positions
-            .iter()
-            .map(|p| norm([p[0] - self.predator[0], p[1] - self.predator[1]]))
-            .sum();
-        total / self.positions.len() as f64
+        let [x, y] = self.predator;
+        let distances = self.positions.iter().map(|p| norm([p[0] - x, p[1] - y]));
+        distances.sum::<f64>() / self.positions.len() as f64
     }
 }
 

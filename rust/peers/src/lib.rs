@@ -31,12 +31,9 @@ fn flock_cells<'py>(
 }
 
 fn points(array: &PyReadonlyArray2<'_, f64>) -> Vec<Point> {
-    array
-        .as_array()
-        .rows()
-        .into_iter()
-        .map(|row| [row[0], row[1]])
-        .collect()
+    let array = array.as_array();
+    let rows = array.rows().into_iter();
+    rows.map(|row| [row[0], row[1]]).collect()
 }
 
 fn outcome<'py>(py: Python<'py>, flock: &Flock, minimum: f64) -> Outcome<'py> {

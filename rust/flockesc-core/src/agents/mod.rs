@@ -40,12 +40,12 @@ pub(crate) struct Agents<const D: usize> {
 
 /// All data of one agent.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-struct Agent<const D: usize> {
-    id: u32,
+pub(crate) struct Agent<const D: usize> {
+    pub(crate) id: u32,
     /// r in m.
-    position: SVector<f64, D>,
+    pub(crate) position: SVector<f64, D>,
     /// v in m/s.
-    velocity: SVector<f64, D>,
+    pub(crate) velocity: SVector<f64, D>,
     /// ||v|| in m/s, as the last step computed it. It may differ from the norm of `velocity` by rounding.
     speed: f64,
     /// Distance to the nearest predator in m; recomputed after a restore.
@@ -131,20 +131,9 @@ impl<const D: usize> Agents<D> {
         std::array::from_fn(|axis| velocity[axis][place % GROUP])
     }
 
-    /// Returns the id, position in m and velocity in m/s of the agent at `place`.
-    pub(crate) fn at(&self, place: usize) -> (usize, SVector<f64, D>, SVector<f64, D>) {
-        let (group, lane) = (&self.groups[place / GROUP], place % GROUP);
-        (
-            self.id(place),
-            SVector::from_fn(|axis, _| group.position[axis][lane]),
-            SVector::from_fn(|axis, _| group.velocity[axis][lane]),
-        )
-    }
-
-    /// Returns an iterator over the ids, positions in m and velocities in m/s of all agents, in the order of
-    /// places.
-    pub(crate) fn iter(&self) -> impl Iterator<Item = (usize, SVector<f64, D>, SVector<f64, D>)> {
-        (0..self.len()).map(|place| self.at(place))
+    /// Returns all agents, in the order of places.
+    pub(crate) fn iter(&self) -> impl Iterator<Item = Agent<D>> {
+        (0..self.len()).map(|place| self.agent(place))
     }
 
     /// Returns the vectors stored in the given columns, in the order of ids; 0 for caught agents.
@@ -233,6 +222,7 @@ impl<const D: usize> Agents<D> {
 
     /// Sorts the agents by position, so that the agents of every leaf, group and node are close together.
     pub(crate) fn arrange(&mut self) {
+        // PERF: Only keys are sorted. Agents are then copied once, into buffers that change places with the old ones.
         order(&self.groups, self.len(), &mut self.keys);
         let (groups, ids) = &mut self.spare;
         groups.resize(self.groups.len(), Group::EMPTY);
@@ -255,7 +245,8 @@ impl<const D: usize> Agents<D> {
         std::mem::swap(&mut self.ids, ids);
     }
 
-    fn agent(&self, place: usize) -> Agent<D> {
+    /// Returns the agent at `place`.
+    pub(crate) fn agent(&self, place: usize) -> Agent<D> {
         let (group, lane) = (&self.groups[place / GROUP], place % GROUP);
         Agent {
             id: self.ids[place],
@@ -263,6 +254,20 @@ impl<const D: usize> Agents<D> {
             velocity: SVector::from_fn(|axis, _| group.velocity[axis][lane]),
             speed: group.speed[lane],
             distance: group.distance[lane],
+        }
+    }
+
+    /// Sets the positions or the velocities of all agents that are not caught, one row per id.
+    pub(crate) fn set(&mut self, rows: &[[f64; D]], are_velocities: bool) {
+        for place in 0..self.len() {
+            let mut agent = self.agent(place);
+            let row = SVector::from(rows[self.id(place)]);
+            if !are_velocities {
+                agent.position = row;
+            } else if agent.velocity != row {
+                (agent.velocity, agent.speed) = (row, row.norm());
+            }
+            self.put(place, agent);
         }
     }
 

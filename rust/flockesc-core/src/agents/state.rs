@@ -16,7 +16,7 @@ pub(crate) struct AgentsState<const D: usize> {
 impl<const D: usize> Agents<D> {
     pub(crate) fn save(&self) -> AgentsState<D> {
         AgentsState {
-            agents: (0..self.len()).map(|place| self.agent(place)).collect(),
+            agents: self.iter().collect(),
             caught: self.caught.clone(),
             reached: self.reached.clone(),
         }

@@ -101,24 +101,20 @@ pub(crate) fn within_bounds(field: &str, value: f64, low: f64, high: f64) -> Res
 
 /// Checks a point, velocity or direction with `dimension` coordinates.
 pub(crate) fn vector(field: &str, entries: &[f64], dimension: usize) -> Result<()> {
-    if entries.len() != dimension {
-        let expected = format!("{dimension} numbers");
-        let given = format!("{} numbers", entries.len());
-        return Err(Error::input(field, expected, given));
-    }
+    length(field, entries.len(), dimension, "numbers", "")?;
     let mut places = entries.iter().enumerate();
     places.try_for_each(|(k, &entry)| coordinate(&format!("{field}[{k}]"), entry))
 }
 
 pub(crate) fn within(field: &str, value: usize, low: usize, high: usize) -> Result<()> {
     let expected = format!("an integer from {low} to {high}");
-    check(field, value, &expected, (low..=high).contains(&value))
+    require((low..=high).contains(&value), field, &expected, value)
 }
 
 /// Checks the length of a list of parts, such as `predators`.
 pub(crate) fn at_most(field: &str, parts: &str, count: usize, most: usize) -> Result<()> {
     let expected = format!("at most {most} {parts}");
-    check(field, count, &expected, count <= most)
+    require(count <= most, field, &expected, count)
 }
 
 /// Checks the candidate ranges of a profile: 1 to [`MAX_CANDIDATES`] increasing numbers from 0 to
@@ -126,12 +122,12 @@ pub(crate) fn at_most(field: &str, parts: &str, count: usize, most: usize) -> Re
 pub(crate) fn profile_ranges(field: &str, ranges: &[f64], max_range: f64) -> Result<()> {
     let expected = format!("1 to {MAX_CANDIDATES} ranges");
     let is_full = (1..=MAX_CANDIDATES).contains(&ranges.len());
-    check(field, ranges.len(), &expected, is_full)?;
+    require(is_full, field, &expected, ranges.len())?;
     for (k, &range) in ranges.iter().enumerate() {
         within_bounds(&format!("{field}[{k}]"), range, 0.0, max_range)?;
     }
     let (given, is_rising) = (format!("{ranges:?}"), ranges.is_sorted_by(|a, b| a < b));
-    check(field, given, "increasing ranges", is_rising)
+    require(is_rising, field, "increasing ranges", given)
 }
 
 /// Formats a number in its shortest form.
@@ -140,15 +136,40 @@ fn format_number(value: f64) -> String {
     text.strip_suffix(".0").unwrap_or(&text).to_owned()
 }
 
-fn number(field: &str, value: f64, expected: &str, good: bool) -> Result<()> {
-    check(field, format_number(value), expected, good)
+fn number(field: &str, value: f64, expected: &str, is_good: bool) -> Result<()> {
+    // NOTE: Steps check their arguments too, so nothing is formatted before a check fails.
+    if is_good {
+        return Ok(());
+    }
+    Err(Error::input(field, expected, format_number(value)))
 }
 
-fn check(field: &str, value: impl ToString, expected: &str, good: bool) -> Result<()> {
-    if good {
+/// Checks that there are `count` items, which errors call `items`. `note` ends the description of what is expected.
+pub(crate) fn length(
+    field: &str,
+    given: usize,
+    count: usize,
+    items: &str,
+    note: &str,
+) -> Result<()> {
+    if given == count {
+        return Ok(());
+    }
+    let (expected, given) = (format!("{count} {items}{note}"), format!("{given} {items}"));
+    Err(Error::input(field, expected, given))
+}
+
+/// Checks any condition: `expected` describes it, and `given` is what was found.
+pub(crate) fn require(
+    is_good: bool,
+    field: &str,
+    expected: &str,
+    given: impl ToString,
+) -> Result<()> {
+    if is_good {
         Ok(())
     } else {
-        Err(Error::input(field, expected, value))
+        Err(Error::input(field, expected, given))
     }
 }
 

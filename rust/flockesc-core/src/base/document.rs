@@ -2,6 +2,7 @@
 
 use serde::de::DeserializeOwned;
 use serde_json::Value;
+use serde_path_to_error::{Path, Segment};
 
 use crate::base::error::{Error, Result};
 
@@ -32,14 +33,41 @@ pub(crate) fn parse_value<T: DeserializeOwned>(value: &Value) -> Result<T> {
         } else {
             path
         };
-        Error::input(field, plain(expected), given)
+        let expected = match expected {
+            "usize" if given.starts_with("invalid value") => "an integer of at least 0",
+            other => plain(other),
+        };
+        let found = entry(value, error.path()).filter(|_| given.starts_with("invalid "));
+        let given = found.map_or_else(|| given.to_owned(), shown);
+        Error::input(field, expected, given)
     })
+}
+
+/// Returns the entry of a document at a path.
+fn entry<'a>(document: &'a Value, path: &Path) -> Option<&'a Value> {
+    path.iter()
+        .try_fold(document, |value, segment| match segment {
+            Segment::Seq { index } => value.get(index),
+            Segment::Map { key } | Segment::Enum { variant: key } => value.get(key),
+            Segment::Unknown => None,
+        })
+}
+
+/// Returns a rejected value for an error, as Python writes it.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Null => "None".to_owned(),
+        Value::Bool(true) => "True".to_owned(),
+        Value::Bool(false) => "False".to_owned(),
+        Value::String(text) => format!("'{text}'"),
+        other => other.to_string(),
+    }
 }
 
 /// Translates the name of a Rust type in serde's messages into the name of a JSON type.
 fn plain(expected: &str) -> &str {
     match expected {
-        "usize" => "an integer of at least 0",
+        "usize" => "an integer",
         "f64" => "a number",
         "a sequence" => "a list",
         "a boolean" => "true or false",

@@ -5,6 +5,7 @@ pub(crate) mod document;
 pub(crate) mod entry;
 pub(crate) mod error;
 pub(crate) mod exact;
+pub(crate) mod load;
 pub mod memory;
 pub(crate) mod rng;
 pub(crate) mod vector;

@@ -119,7 +119,7 @@ pub(crate) fn norm<const D: usize>(vector: &[f64; D]) -> f64 {
 
 /// An orthonormal basis; row k is the k-th axis.
 pub(crate) struct Frame<const D: usize> {
-    axes: [SVector<f64, D>; D],
+    pub(crate) axes: [SVector<f64, D>; D],
 }
 
 impl<const D: usize> Frame<D> {
@@ -162,11 +162,6 @@ impl<const D: usize> Frame<D> {
             axes[2][2] = ahead[0] * left[1] - ahead[1] * left[0];
         }
         Self { axes }
-    }
-
-    /// Returns the axes.
-    pub(crate) fn axes(&self) -> &[SVector<f64, D>; D] {
-        &self.axes
     }
 
     /// Returns the vector that has these coordinates in this frame.

@@ -12,6 +12,7 @@ use std::sync::Arc;
 
 pub use reset::SlotReset;
 pub use step::AtEnd;
+use strum::{EnumString, VariantNames};
 
 use super::Episode;
 use super::options::EpisodeConfig;
@@ -40,10 +41,11 @@ pub struct Batch<const D: usize> {
 }
 
 /// Whose observations to return.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, EnumString, VariantNames)]
+#[strum(serialize_all = "snake_case")]
 pub enum Observed {
     /// The rows of the batch's view.
-    OwnView,
+    Own,
     /// One row of the flock, without optional entries.
     Flock,
     /// One row per learned predator.
@@ -150,7 +152,7 @@ impl<const D: usize> Batch<D> {
     /// Returns the number of rows of a slot and the number of entries of a row.
     pub fn shape_of(&self, observed: Observed) -> [usize; 2] {
         match observed {
-            Observed::OwnView => [self.rows(), self.row_length],
+            Observed::Own => [self.rows(), self.row_length],
             Observed::Flock => [1, observation::flock_entries(D).len()],
             Observed::Predators => [self.num_learned(), observation::predator_entries(D).len()],
         }
@@ -174,7 +176,7 @@ impl<const D: usize> Batch<D> {
             self.pool(slots.len())?,
             episodes.iter().zip(rows),
             |(episode, out)| match observed {
-                Observed::OwnView => episode.observe(out, progress),
+                Observed::Own => episode.observe(out, progress),
                 Observed::Flock => episode.observe_flock(out, progress),
                 Observed::Predators => {
                     episode.observe_predators(out);

@@ -36,8 +36,7 @@ pub struct Episode<const D: usize> {
 pub(crate) type EpisodeState<const D: usize> = (WorldState<D>, Outcomes);
 
 impl<const D: usize> Episode<D> {
-    /// Creates the episode at t = 0. `start` must pass [`InitialState::check`] and its seed
-    /// [`FlockConfig::check_draw`].
+    /// Creates the episode at t = 0. `scenario` and `start` are as in [`World::new`].
     pub fn new(
         scenario: Arc<FlockConfig>,
         config: Arc<EpisodeConfig>,
@@ -62,10 +61,10 @@ impl<const D: usize> Episode<D> {
         (self.world.save(), self.outcomes.clone())
     }
 
-    /// Restores an episode that was started with `seed`.
+    /// Restores an episode that was started with `seed` in a drawn scenario.
     pub(crate) fn restore(
         (world, outcomes): EpisodeState<D>,
-        scenario: &Arc<FlockConfig>,
+        scenario: Arc<FlockConfig>,
         config: &Arc<EpisodeConfig>,
         seed: u64,
     ) -> Self {
@@ -98,10 +97,18 @@ impl<const D: usize> Episode<D> {
         let before = repeats_action.then(|| self.world.clone());
         let left = self.world.config().num_steps - self.outcomes.step;
         let num_steps = self.config.steps_per_action.min(left);
+        let cost = self.config.range_cost;
+        let mean = || {
+            self.config
+                .view
+                .ranges(ranges)
+                .mean(self.world.agents().ids())
+        };
+        let team_cost = if cost > 0.0 { cost * mean() } else { 0.0 };
         rewards.fill(0.0);
         self.team_reward = 0.0;
         for _ in 0..num_steps {
-            if self.has_ended() {
+            if self.outcomes.is_end(&self.world) {
                 break;
             }
             progress.check()?;
@@ -117,6 +124,14 @@ impl<const D: usize> Episode<D> {
                 value: self.objective().now,
             };
             action.add_differences(rewards, progress)?;
+        }
+        if self.config.reward.is_individual() {
+            for (reward, range) in rewards.iter_mut().zip(ranges) {
+                *reward -= cost * range;
+            }
+        } else {
+            self.team_reward -= team_cost;
+            rewards.fill(self.team_reward);
         }
         if self.config.view.is_per_agent() {
             for agent in self.world.caught().take(caught_before) {
@@ -201,9 +216,16 @@ impl<const D: usize> Episode<D> {
         self.team_reward
     }
 
-    /// Returns whether the episode has reached its horizon or all agents were caught.
+    /// Returns whether the episode has reached its horizon or the limit of actions, or all agents were caught.
     pub fn has_ended(&self) -> bool {
-        self.outcomes.is_end(&self.world)
+        self.outcomes.is_end(&self.world) || self.has_reached_limit()
+    }
+
+    /// Returns whether the episode has reached the limit of actions, even if all agents were caught in the last one.
+    pub fn has_reached_limit(&self) -> bool {
+        let num_actions = self.outcomes.step.div_ceil(self.config.steps_per_action);
+        let limit = self.config.max_actions;
+        limit.is_some_and(|limit| num_actions >= limit)
     }
 
     /// Returns the number of model steps so far.
@@ -231,6 +253,7 @@ impl<const D: usize> Episode<D> {
         Metrics {
             objectives: self.outcomes.objectives,
             polarization: self.polarization(),
+            load: self.world.load,
         }
     }
 

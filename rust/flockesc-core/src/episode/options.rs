@@ -2,7 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::base::check::{MAX_STEPS, not_negative, positive, profile_ranges, within};
+use crate::base::check::{
+    MAX_MAGNITUDE, MAX_STEPS, not_negative, positive, profile_ranges, within, within_bounds,
+};
 use crate::base::document::parse;
 use crate::base::entry::Entry;
 use crate::base::error::{Error, Result};
@@ -29,6 +31,8 @@ pub struct EpisodeConfig {
     pub objective: Objective,
     /// The reward term.
     pub reward: Reward,
+    /// Reward that an action costs per m of range, at least 0.
+    pub range_cost: f64,
     /// Largest interaction range in m that an action can set, above 0. The observed last range is divided by
     /// it.
     pub max_range: f64,
@@ -36,6 +40,10 @@ pub struct EpisodeConfig {
     pub predator_sensing_range: Option<f64>,
     /// Number of model steps per action, at least 1.
     pub steps_per_action: usize,
+    /// Number of actions after which an episode is truncated, at least 1; `None` is no limit. Rewards and snapshots
+    /// do not depend on it.
+    #[serde(skip_serializing)]
+    pub max_actions: Option<usize>,
     /// Candidate ranges in m, in ascending order, at most [`crate::MAX_CANDIDATES`]. The observation shows what
     /// every agent would hear under each of them. Empty with one range for the flock.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -52,9 +60,11 @@ impl Default for EpisodeConfig {
             view: View::Flock,
             objective: Objective::MinMeanDistance,
             reward: Reward::Team,
+            range_cost: 0.0,
             max_range: 100.0,
             predator_sensing_range: None,
             steps_per_action: 1,
+            max_actions: None,
             profile_ranges: Vec::new(),
             extra_entries: Vec::new(),
         }
@@ -78,10 +88,15 @@ impl EpisodeConfig {
     /// [`Error::Input`] if a field is out of bounds.
     pub fn check(&self) -> Result<()> {
         positive("max_range", self.max_range)?;
+        let most = MAX_MAGNITUDE / self.max_range.max(1.0);
+        within_bounds("range_cost", self.range_cost, 0.0, most)?;
         if let Some(range) = self.predator_sensing_range {
             not_negative("predator_sensing_range", range)?;
         }
         within("steps_per_action", self.steps_per_action, 1, MAX_STEPS)?;
+        if let Some(limit) = self.max_actions {
+            within("max_actions", limit, 1, usize::MAX)?;
+        }
         if !self.profile_ranges.is_empty() {
             if !self.view.is_per_agent() {
                 let expected = "none with one range for the flock";

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::options::EpisodeConfig;
+use crate::base::load::Load;
 use crate::flock::World;
 use crate::reward::{Objective, StepContext};
 
@@ -24,6 +25,8 @@ pub struct Metrics {
     pub objectives: [Running; Objective::COUNT],
     /// Norm of the mean heading.
     pub polarization: f64,
+    /// What the ranges cost so far.
+    pub load: Load,
 }
 
 /// What an episode has brought so far.
@@ -64,8 +67,8 @@ impl Outcomes {
         }
     }
 
-    /// Records a step, after which the flock is `world`. Adds the rewards of the step to `rewards`, and returns the
-    /// reward of the team.
+    /// Records a step, after which the flock is `world`. Adds individual rewards of the step to `rewards`, and returns
+    /// the reward of the team.
     pub(super) fn record<const D: usize>(
         &mut self,
         world: &World<D>,
@@ -94,11 +97,10 @@ impl Outcomes {
             distances_at_minimum: &self.distances_at_minimum,
             is_last: self.is_end(world),
         };
+        // NOTE: Rewards are added, because an action has several steps; the caller has set them to 0.
         let team = config.reward.of_team(&context);
-        for reward in rewards.iter_mut() {
-            *reward += team;
-        }
         config.reward.add_individual(&context, rewards);
+        // After the rewards, which compare with the distances of the fall before.
         if objective.minimum < minimum_before {
             self.distances_at_minimum.clone_from(&self.distances);
         }

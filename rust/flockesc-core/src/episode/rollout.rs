@@ -68,8 +68,7 @@ fn play<const D: usize>(
 ) -> Result<EpisodeOutcome> {
     progress.check()?;
     let start = InitialState::seeded(episode_seed(seed, 0));
-    scenario.check_draw(start.seed)?;
-    let mut episode = Episode::<D>::new(scenario.clone(), config.clone(), &start);
+    let mut episode = Episode::<D>::new(scenario.drawn(start.seed)?, config.clone(), &start);
     let rows = config.view.rows(scenario);
     let mut observations = vec![0.0; rows * network.row_length()];
     let (mut ranges, mut rewards) = (vec![0.0; rows], vec![0.0; rows]);

@@ -22,8 +22,8 @@ pub(super) struct Slot<const D: usize> {
     pub(super) fingerprint: Fingerprint,
     pub(super) schedule: Schedule,
     pub(super) episode: Option<Episode<D>>,
-    /// Number of the episode that [`Self::check_next`] has found good, and the first seed of its schedule.
-    checked: Option<(u64, u64)>,
+    /// The scenario that [`Self::draw_next`] has drawn, with the seed of its episode.
+    drawn: Option<(u64, Arc<FlockConfig>)>,
     /// Rewards of the last step: the team's, or one per agent. Empty before the first step of an episode.
     last_rewards: Vec<f64>,
 }
@@ -39,6 +39,11 @@ pub(super) struct Schedule {
 }
 
 impl Schedule {
+    /// Returns the seed of the next episode.
+    fn next_seed(&self) -> u64 {
+        episode_seed(self.first_seed, self.next)
+    }
+
     /// Restarts from `seed`. The current episode continues.
     pub(super) fn restart(&mut self, seed: u64) {
         (self.first_seed, self.next) = (seed, 0);
@@ -59,7 +64,7 @@ impl<const D: usize> Slot<D> {
                 seed,
             },
             episode: None,
-            checked: None,
+            drawn: None,
             last_rewards: Vec::new(),
         }
     }
@@ -69,52 +74,70 @@ impl<const D: usize> Slot<D> {
     }
 
     /// Returns the slot of a snapshot with the same scenario.
+    ///
+    /// # Errors
+    /// As [`FlockConfig::drawn`].
     pub(super) fn restored(
         &self,
         (schedule, episode): SlotState<D>,
         config: &Arc<EpisodeConfig>,
-    ) -> Self {
-        let restore = |state| Episode::restore(state, &self.scenario, config, schedule.seed);
-        Self {
+    ) -> Result<Self> {
+        let seed = schedule.seed;
+        let restore = |state| {
+            let scenario = self.scenario.drawn(seed)?;
+            Ok(Episode::restore(state, scenario, config, seed))
+        };
+        Ok(Self {
             schedule,
-            episode: episode.map(restore),
+            episode: episode.map(restore).transpose()?,
             ..self.without_episode()
-        }
+        })
     }
 
     /// Returns a copy of the slot without its episode.
     pub(super) fn without_episode(&self) -> Self {
         Self {
             scenario: self.scenario.clone(),
+            drawn: self.drawn.clone(),
             episode: None,
             last_rewards: Vec::new(),
             ..*self
         }
     }
 
-    /// Checks the scenario that the next episode of the schedule draws.
-    pub(super) fn check_next(&mut self) -> Result<()> {
-        let next = (self.schedule.first_seed, self.schedule.next);
-        if self.checked != Some(next) {
-            self.scenario.check_draw(episode_seed(next.0, next.1))?;
-            self.checked = Some(next);
-        }
-        Ok(())
+    /// Draws the scenario of the next episode of the schedule, unless it was drawn before, and returns it.
+    ///
+    /// # Errors
+    /// As [`FlockConfig::drawn`].
+    pub(super) fn draw_next(&mut self) -> Result<Arc<FlockConfig>> {
+        let seed = self.schedule.next_seed();
+        let known = self.drawn.take().filter(|(drawn, _)| *drawn == seed);
+        let scenario = known.map_or_else(|| self.scenario.drawn(seed), |(_, known)| Ok(known))?;
+        self.drawn = Some((seed, scenario.clone()));
+        Ok(scenario)
     }
 
-    /// Starts the next episode of the schedule, after [`Self::check_next`]. `start` must pass
-    /// [`InitialState::check`]; its seed is ignored.
-    pub(super) fn start(&mut self, config: &Arc<EpisodeConfig>, start: &InitialState) {
+    /// Starts the next episode of the schedule. `start` must pass [`InitialState::check`]; its seed is ignored.
+    ///
+    /// # Errors
+    /// As [`Self::draw_next`].
+    pub(super) fn start(
+        &mut self,
+        config: &Arc<EpisodeConfig>,
+        start: &InitialState,
+    ) -> Result<()> {
+        let scenario = self.draw_next()?;
+        self.drawn = None;
         let schedule = &mut self.schedule;
-        schedule.seed = episode_seed(schedule.first_seed, schedule.next);
+        schedule.seed = schedule.next_seed();
         schedule.next = schedule.next.wrapping_add(1);
         let start = InitialState {
             seed: schedule.seed,
             ..start.clone()
         };
         self.last_rewards.clear();
-        let scenario = self.scenario.clone();
         self.episode = Some(Episode::new(scenario, config.clone(), &start));
+        Ok(())
     }
 
     /// Returns the team's reward of the last step, or the mean of individual rewards over all agents. It is 0

@@ -3,38 +3,13 @@
 
 use multiversion::multiversion;
 
-use crate::agents::{Column, GROUP, Group, centroid, corners, reduce};
+use crate::agents::{Agents, Column, GROUP, Group, centroid, corners, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::{SHORTEST, larger, smaller, squared_norm};
 use crate::flock::metrics::{PredatorDistance, distances};
 use crate::flock::summary::heading_away;
 use crate::flock::world::World;
 use crate::predator::Predator;
-
-/// A predator that keeps its velocity.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Straight<const D: usize> {
-    /// r_p in m.
-    pub(crate) position: [f64; D],
-    /// v_p in m/s.
-    pub(crate) velocity: [f64; D],
-}
-
-impl<const D: usize> Straight<D> {
-    /// Returns where the predator is after `time` s.
-    pub(crate) fn after(&self, time: f64) -> [f64; D] {
-        std::array::from_fn(|axis| self.position[axis] + self.velocity[axis] * time)
-    }
-}
-
-impl<const D: usize> From<&Predator<D>> for Straight<D> {
-    fn from(predator: &Predator<D>) -> Self {
-        Self {
-            position: predator.position.into(),
-            velocity: predator.velocity.into(),
-        }
-    }
-}
 
 /// Averages over the agents that determine the closest approach of a predator to the flock.
 #[derive(Debug, Clone, Copy)]
@@ -61,9 +36,10 @@ pub(crate) struct Approach {
 }
 
 impl<const D: usize> Drift<D> {
-    /// Computes the averages over `num_agents` >= 1 agents.
-    pub(crate) fn of(groups: &[Group<D>], num_agents: usize) -> Self {
-        let ((low, high), n) = (corners(groups), num_agents as f64);
+    /// Computes the averages over at least one agent.
+    pub(crate) fn of(agents: &Agents<D>) -> Self {
+        let (groups, num_agents, n) = (&agents.groups, agents.len(), agents.len() as f64);
+        let (low, high) = corners(groups);
         let extent: [f64; D] = std::array::from_fn(|axis| high[axis] - low[axis]);
         // The norm of a shorter vector can be 0 although its entries are not.
         let extent = squared_norm(&extent).sqrt().max(SHORTEST);
@@ -81,14 +57,21 @@ impl<const D: usize> Drift<D> {
     }
 
     /// Returns where every predator is at its closest approach to the flock.
-    pub(crate) fn places(&self, predators: &[Straight<D>]) -> Vec<[f64; D]> {
-        let place = |predator: &Straight<D>| predator.after(self.time_of_approach(predator));
-        predators.iter().map(place).collect()
+    pub(crate) fn places(&self, predators: &[Predator<D>]) -> Vec<[f64; D]> {
+        let place = |predator: &Predator<D>| {
+            predator.position + predator.velocity * self.time_of_approach(predator)
+        };
+        predators
+            .iter()
+            .map(|predator| place(predator).into())
+            .collect()
     }
 
     /// Returns the time in s, at least 0, at which the mean squared distance of the agents to a predator is
     /// smallest.
-    fn time_of_approach(&self, predator: &Straight<D>) -> f64 {
+    fn time_of_approach(&self, predator: &Predator<D>) -> f64 {
+        // Means over the agents of (r_i - r_p) (v_i - v_p) and ||v_i - v_p||^2. They follow from the averages, because the
+        // mean of r_i - c is 0.
         let (mut closing, mut squared_speed) = (self.expansion, self.squared_speed);
         for axis in 0..D {
             let (own, its) = (self.velocity[axis], predator.velocity[axis]);
@@ -101,24 +84,16 @@ impl<const D: usize> Drift<D> {
 
 /// Returns the mean cosine of the angle between an agent's heading and its escape direction. The flock must
 /// have at least one agent.
-pub(crate) fn heading_escape<const D: usize>(
-    world: &World<D>,
-    drift: &Drift<D>,
-    predators: &[Straight<D>],
-) -> f64 {
-    let places = drift.places(predators);
+pub(crate) fn heading_escape<const D: usize>(world: &World<D>, drift: &Drift<D>) -> f64 {
+    let places = drift.places(world.predators());
     let mut groups = world.agents().groups.clone();
     measure(&mut groups, &places);
     heading_away(world, &groups, &places)
 }
 
 /// Returns the closest approach of the predators. The flock must have at least one agent.
-pub(crate) fn approach<const D: usize>(
-    world: &World<D>,
-    drift: &Drift<D>,
-    predators: &[Straight<D>],
-) -> Approach {
-    let mut groups = world.agents().groups.clone();
+pub(crate) fn approach<const D: usize>(world: &World<D>, drift: &Drift<D>) -> Approach {
+    let (mut groups, predators) = (world.agents().groups.clone(), world.predators());
     let mut approach = Approach {
         mean_distance: f64::INFINITY,
         time: 0.0,
@@ -162,7 +137,7 @@ pub(crate) struct Approaches {
 pub(crate) fn approaches<const D: usize>(
     group: &Group<D>,
     velocity: &[Column<f64>; D],
-    predators: &[Straight<D>],
+    predators: &[Predator<D>],
     range: f64,
 ) -> Approaches {
     let (mut time, mut distance) = ([0.0; GROUP], [f64::INFINITY; GROUP]);
@@ -188,7 +163,7 @@ pub(crate) fn approaches<const D: usize>(
 /// Returns the smallest distance in m of a closest approach of any agent to any predator. It is infinite
 /// without agents or predators.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn closest_distance<const D: usize>(groups: &[Group<D>], predators: &[Straight<D>]) -> f64 {
+fn closest_distance<const D: usize>(groups: &[Group<D>], predators: &[Predator<D>]) -> f64 {
     let mut smallest = [f64::INFINITY; GROUP];
     for group in groups {
         let found = approaches(group, &group.velocity, predators, f64::INFINITY);
@@ -209,7 +184,7 @@ fn measure<const D: usize>(groups: &mut [Group<D>], places: &[[f64; D]]) {
 
 /// Sets the distances in m of the agents to the ones to a predator after `time` s with the present velocities.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn measure_after<const D: usize>(groups: &mut [Group<D>], predator: &Straight<D>, time: f64) {
+fn measure_after<const D: usize>(groups: &mut [Group<D>], predator: &Predator<D>, time: f64) {
     for group in groups {
         for lane in 0..GROUP {
             let offset: [f64; D] = std::array::from_fn(|axis| {
@@ -240,7 +215,7 @@ fn largest_speed<const D: usize>(groups: &[Group<D>]) -> f64 {
 fn add_up<const D: usize>(
     groups: &[Group<D>],
     centroid: &[f64; D],
-    scales: [Scale; 3],
+    [speed_scale, expansion_scale, square_scale]: [Scale; 3],
 ) -> ([i64; D], i64, i64) {
     let mut velocity = [[0; GROUP]; D];
     let (mut expansion, mut square) = ([0; GROUP], [0; GROUP]);
@@ -250,12 +225,12 @@ fn add_up<const D: usize>(
             let (mut product, mut squared_speed) = (0.0, 0.0);
             for axis in 0..D {
                 let speed = group.velocity[axis][lane];
-                velocity[axis][lane] += scales[0].quantize(speed) & is_agent;
+                velocity[axis][lane] += speed_scale.quantize(speed) & is_agent;
                 product += (group.position[axis][lane] - centroid[axis]) * speed;
                 squared_speed += speed * speed;
             }
-            expansion[lane] += scales[1].quantize(product) & is_agent;
-            square[lane] += scales[2].quantize(squared_speed) & is_agent;
+            expansion[lane] += expansion_scale.quantize(product) & is_agent;
+            square[lane] += square_scale.quantize(squared_speed) & is_agent;
         }
     }
     let total = |column: Column<i64>| reduce(column, |a, b| a + b);
@@ -267,7 +242,6 @@ mod tests {
     use nalgebra::vector;
 
     use super::*;
-    use crate::agents::Agents;
 
     #[test]
     fn a_minimum_is_at_a_finite_time_of_at_least_0() {
@@ -289,7 +263,7 @@ mod tests {
             vector![200.0, 0.0],
             vector![0.0, 40.0],
         ];
-        let drift = Drift::of(&Agents::new(&positions, &velocities).groups, 3);
+        let drift = Drift::of(&Agents::new(&positions, &velocities));
         assert_eq!(drift.centroid, [0.0, 2.0]);
         for (found, expected) in [
             (drift.velocity[0], 0.0),

@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use crate::base::check::coordinates;
+use crate::base::check::{coordinates, require};
 use crate::base::error::{Error, Result};
 use crate::base::rng::{self, Stream};
 use crate::base::vector::{rows, unit};
@@ -105,14 +105,17 @@ impl InitialState {
 }
 
 fn check(field: &str, values: &Option<Vec<f64>>, rows: usize, axes: usize) -> Result<()> {
-    let Some(values) = values else {
-        return Ok(());
-    };
-    if values.len() != rows * axes {
-        let expected = format!("{rows} x {axes} numbers");
-        let given = format!("{} numbers", values.len());
-        return Err(Error::input(field, expected, given));
-    }
+    let values = values.as_deref();
+    values.map_or(Ok(()), |values| check_rows(field, values, rows, axes))
+}
+
+/// Checks that an array has `rows` rows of `axes` coordinates that are within bounds.
+pub(super) fn check_rows(field: &str, values: &[f64], rows: usize, axes: usize) -> Result<()> {
+    let (expected, given) = (
+        format!("{rows} x {axes} numbers"),
+        format!("{} numbers", values.len()),
+    );
+    require(values.len() == rows * axes, field, &expected, given)?;
     coordinates(values, |at| {
         format!("{field}[{}, {}]", at / axes, at % axes)
     })

@@ -35,7 +35,7 @@ pub(crate) fn distances<const D: usize>(
 }
 
 /// Mean and minimum predator distance in m. Each agent's distance is the one to its nearest predator.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PredatorDistance {
     /// dbar, the mean over the agents. Infinite without predators, 0 without agents.
     pub mean: f64,
@@ -46,10 +46,7 @@ pub struct PredatorDistance {
 impl PredatorDistance {
     pub(crate) fn of<const D: usize>(groups: &[Group<D>], num_agents: usize) -> Self {
         if num_agents == 0 {
-            return Self {
-                mean: 0.0,
-                minimum: 0.0,
-            };
+            return Self::default();
         }
         let (minimum, maximum) = parallel::map_reduce(groups, extremes, |a, b| {
             (smaller(a.0, b.0), larger(a.1, b.1))
@@ -70,10 +67,8 @@ impl PredatorDistance {
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn extremes<const D: usize>(groups: &[Group<D>]) -> (f64, f64) {
     let (mut smallest, mut largest) = ([f64::INFINITY; GROUP], [0.0; GROUP]);
-    for Group {
-        distance: column, ..
-    } in groups
-    {
+    for group in groups {
+        let column = &group.distance;
         for lane in 0..GROUP {
             smallest[lane] = smaller(smallest[lane], column[lane]);
             largest[lane] = larger(largest[lane], column[lane]);
@@ -86,10 +81,8 @@ fn extremes<const D: usize>(groups: &[Group<D>]) -> (f64, f64) {
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 fn total<const D: usize>(groups: &[Group<D>], scale: Scale) -> i64 {
     let mut sums = [0; GROUP];
-    for Group {
-        distance: column, ..
-    } in groups
-    {
+    for group in groups {
+        let column = &group.distance;
         for lane in 0..GROUP {
             let units = scale.quantize(column[lane]);
             sums[lane] += if column[lane].is_nan() { 0 } else { units };

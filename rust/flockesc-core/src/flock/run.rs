@@ -2,125 +2,151 @@
 
 use std::sync::Arc;
 
-use super::initial_state::InitialState;
+use nalgebra::SVector;
+
+use super::initial_state::{InitialState, check_rows};
 use super::scenario::FlockConfig;
 use super::world::{World, WorldState};
 use crate::agents::is_large;
-use crate::base::check::{clipped, coordinates, rounding};
+use crate::base::check::{clipped, length, not_negative, rounding};
 use crate::base::error::{Error, Result};
 use crate::base::memory;
 use crate::neighbor::Ranges;
-use crate::parallel::{self, Progress};
+use crate::parallel;
 use crate::snapshot::{Fingerprint, decode, encode};
 
-/// A flock at one time. Arrays have D entries per agent or predator, in the order of ids.
+/// Largest relative deviation of a given velocity from the constant speed.
+const SPEED_ROUNDING: f64 = 1e-9;
+
+/// What acts on a flock in a step.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Action {
+    /// Interaction ranges in m: one, or one per agent.
+    pub ranges: Vec<f64>,
+    /// Actions of the learned predators, D entries per predator; empty: they fly straight on.
+    pub predator_actions: Vec<f64>,
+    /// A term that is added to f_i, D entries per agent; empty: none.
+    pub extra_force: Vec<f64>,
+}
+
+/// A flock that is stepped and changed on demand. Arrays have an entry, or D of them, per agent in the order of ids.
 #[derive(Debug, Clone)]
 pub struct Run<const D: usize> {
     /// The scenario before random fields are drawn.
     scenario: Arc<FlockConfig>,
     num_threads: Option<usize>,
     world: World<D>,
-    /// The seed, and the number of steps since t = 0.
-    pub origin: (u64, usize),
-    /// The step in which each agent was caught and the index of the nearest predator, or -1.
-    pub captures: (Vec<i64>, Vec<i64>),
+    /// The seed.
+    pub seed: u64,
+    /// Number of steps since t = 0.
+    pub num_steps: u64,
+    /// The step in which each agent was caught, or -1.
+    pub caught_at: Vec<i64>,
+    /// The index of the predator that was nearest to each agent when it was caught, or -1.
+    pub caught_by: Vec<i64>,
 }
 
 impl<const D: usize> Run<D> {
-    /// Creates the flock at t = 0. `scenario.dimension` must be D. A large flock runs on `num_threads` threads.
+    /// Creates the flock at t = 0. `scenario.dimension` must be D. A large flock runs on `num_threads` threads; `None`
+    /// is one thread per core.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if `start` does not fit the scenario, or a drawn number is out of bounds; [`Error::Memory`].
     pub fn new(
         scenario: Arc<FlockConfig>,
         start: &InitialState,
         num_threads: Option<usize>,
     ) -> Result<Self> {
-        scenario.check_draw(start.seed)?;
-        probe_flocks(&scenario, 1)?;
-        let nobody = vec![-1; scenario.num_agents];
+        start.check(&scenario)?;
+        let drawn = scenario.drawn(start.seed)?;
+        probe_flocks(&drawn, 1)?;
         Ok(Self {
-            world: World::new(scenario.clone(), start),
             num_threads,
-            origin: (start.seed, 0),
-            captures: (nobody.clone(), nobody),
+            world: World::new(drawn, start),
+            seed: start.seed,
+            num_steps: 0,
+            caught_at: vec![-1; scenario.num_agents],
+            caught_by: vec![-1; scenario.num_agents],
             scenario,
         })
     }
 
-    /// Advances the flock by `num_steps` steps with one range in m, or one per agent. `extra_force`, if there is one,
-    /// is added to f_i. Learned predators without actions fly straight on.
+    /// Advances the flock by `num_steps` steps with the same action.
     ///
     /// # Errors
-    /// If an argument is out of bounds; the flock is then unchanged. If the call was cancelled, only some of the steps
-    /// were made.
-    pub fn step(
-        &mut self,
-        ranges: &[f64],
-        num_steps: usize,
-        predator_actions: &[f64],
-        extra_force: &[f64],
-        progress: &Progress,
-    ) -> Result<()> {
-        let learned = self.scenario.num_learned();
-        check_predator_actions(predator_actions, learned * D)?;
-        check_vectors::<D>("extra_force", extra_force)?;
-        let ranges = match ranges {
-            [range] => Ranges::Shared(*range),
-            _ => Ranges::PerAgent(ranges),
-        };
-        let (is_large, threads) = (is_large(self.scenario.num_agents), self.num_threads);
-        let mut run = || {
-            (0..num_steps).try_for_each(|_| {
-                progress.check()?;
-                self.advance(ranges, predator_actions, extra_force)
-            })
-        };
-        if is_large && threads != Some(1) {
-            parallel::pool(threads)?.install(run)
-        } else {
-            rounding()?;
-            run()
+    /// [`Error::Input`] if the action does not fit; [`Error::Memory`] as in [`World::step`]. The flock is then unchanged.
+    pub fn step(&mut self, action: &Action, num_steps: usize) -> Result<()> {
+        let n = self.scenario.num_agents;
+        check_ranges("ranges", &action.ranges)?;
+        if action.ranges.len() != 1 {
+            length("ranges", action.ranges.len(), n, "entries", "")?;
         }
+        check_predator_actions(&action.predator_actions, self.scenario.num_learned() * D)?;
+        if !action.extra_force.is_empty() {
+            check_rows("extra_force", &action.extra_force, n, D)?;
+        }
+        let threads = self.num_threads;
+        on_threads(n, threads, || self.advance(action, num_steps))?
     }
 
-    /// Makes a step on the threads of the caller.
-    pub(super) fn advance(
-        &mut self,
-        ranges: Ranges<'_>,
-        predator_actions: &[f64],
-        extra_force: &[f64],
-    ) -> Result<()> {
-        self.world.set_predator_actions(predator_actions);
-        self.world.step_pushed(ranges, extra_force)?;
-        self.origin.1 += 1;
-        let (caught_at, caught_by) = &mut self.captures;
-        for (agent, predator) in self.world.captures().rev() {
-            if caught_at[agent] >= 0 {
-                break; // so were all before
+    fn advance(&mut self, action: &Action, num_steps: usize) -> Result<()> {
+        let ranges = Ranges::from(&action.ranges[..]);
+        self.world.set_predator_actions(&action.predator_actions);
+        for _ in 0..num_steps {
+            let num_caught = self.world.caught().len();
+            self.world.step_with_force(ranges, &action.extra_force)?;
+            self.num_steps += 1;
+            for agent in &self.world.agents().caught()[num_caught..] {
+                let distance =
+                    |predator: &[f64; D]| (agent.position - SVector::from(*predator)).norm();
+                let distances = self.world.predator_positions().iter().map(distance);
+                let nearest = (0..).zip(distances).min_by(|a, b| a.1.total_cmp(&b.1));
+                self.caught_at[agent.id as usize] = self.num_steps as i64;
+                self.caught_by[agent.id as usize] = nearest.map_or(-1, |(index, _)| index);
             }
-            (caught_at[agent], caught_by[agent]) = (self.origin.1 as i64, predator);
         }
         Ok(())
     }
 
-    /// Sets the positions in m, which a periodic domain wraps, or the velocities in m/s of all agents that are not
+    /// Sets the "positions" in m, which a periodic domain wraps, or the "velocities" in m/s of all agents that are not
     /// caught.
+    ///
+    /// # Errors
+    /// [`Error::Input`] on `field` if the array has the wrong length, an entry is out of bounds, or a velocity does not
+    /// have the constant speed of the scenario. The flock is then unchanged.
     pub fn set(&mut self, field: &str, vectors: &[f64]) -> Result<()> {
-        check_vectors::<D>(field, vectors)?;
-        self.world.set(vectors, field == "velocities");
+        check_rows(field, vectors, self.scenario.num_agents, D)?;
+        let (config, are_velocities) = (self.world.config(), field == "velocities");
+        for (id, vector) in vectors.as_chunks::<D>().0.iter().enumerate() {
+            let (speed, given) = (config.speed.of(id), SVector::from(*vector).norm());
+            let is_free = !are_velocities || !config.constant_speed || self.caught_by[id] >= 0;
+            if !is_free && (given - speed).abs() > SPEED_ROUNDING * speed {
+                let expected = format!("the constant speed {speed} m/s");
+                let field = format!("{field}[{id}]");
+                return Err(Error::input(field, expected, format!("{given} m/s")));
+            }
+        }
+        self.world.set(vectors, are_velocities);
         Ok(())
     }
 
     /// Returns a snapshot.
     pub fn save(&self) -> Result<Vec<u8>> {
-        let state = (self.origin, &self.captures, self.world.save());
+        let origin = (self.seed, self.num_steps);
+        let state = (origin, &self.caught_at, &self.caught_by, self.world.save());
         encode(self.fingerprint(), &state)
     }
 
-    /// Restores a snapshot of the same scenario. A rejected one changes nothing.
+    /// Restores a snapshot of the same scenario.
+    ///
+    /// # Errors
+    /// [`Error::Input`] on `state` if the bytes are damaged or from another scenario. The flock is then unchanged.
     pub fn restore(&mut self, state: &[u8]) -> Result<()> {
-        let (origin, captures, world): ((u64, usize), _, WorldState<D>) =
-            decode(self.fingerprint(), state)?;
-        self.world = World::restore(world, &self.scenario, origin.0);
-        (self.origin, self.captures) = (origin, captures);
+        let ((seed, num_steps), caught_at, caught_by, world) = decode(self.fingerprint(), state)?;
+        let world: WorldState<D> = world;
+        self.world = World::restore(world, self.scenario.drawn(seed)?, seed);
+        (self.seed, self.num_steps) = (seed, num_steps);
+        (self.caught_at, self.caught_by) = (caught_at, caught_by);
         Ok(())
     }
 
@@ -128,11 +154,23 @@ impl<const D: usize> Run<D> {
         Fingerprint::of(&(&*self.scenario, "run"))
     }
 
-    /// Estimates the number of agents that a step visits.
+    /// Estimates the number of agents that a step visits, a measure of its run time.
     pub fn work(&self, ranges: &[f64]) -> usize {
-        let (n, range) = (self.scenario.num_agents, ranges.iter().copied());
+        let (n, longest) = (
+            self.scenario.num_agents,
+            ranges.iter().copied().fold(0.0, f64::max),
+        );
         let options = self.scenario.neighbor_options();
-        n.saturating_mul(options.work_per_agent(n, range.fold(0.0, f64::max)))
+        n.saturating_mul(options.work_per_agent(n, longest))
+    }
+
+    /// Returns the number of weakly connected components under these ranges, one or one per agent.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the threads cannot be started.
+    pub fn num_components(&self, ranges: &[f64]) -> Result<usize> {
+        let count = || self.world.num_components(ranges.into());
+        on_threads(self.scenario.num_agents, self.num_threads, count)
     }
 
     /// Returns the flock and its predators.
@@ -141,8 +179,18 @@ impl<const D: usize> Run<D> {
     }
 }
 
-fn check_vectors<const D: usize>(field: &str, vectors: &[f64]) -> Result<()> {
-    coordinates(vectors, |at| format!("{field}[{}, {}]", at / D, at % D))
+/// Runs `work`, on `num_threads` threads if the flock is large.
+fn on_threads<T: Send>(
+    num_agents: usize,
+    num_threads: Option<usize>,
+    work: impl FnOnce() -> T + Send,
+) -> Result<T> {
+    rounding()?;
+    if is_large(num_agents) && num_threads != Some(1) {
+        Ok(parallel::pool(num_threads)?.install(work))
+    } else {
+        Ok(work())
+    }
 }
 
 /// Checks that all ranges are finite and at least 0.
@@ -155,14 +203,8 @@ pub fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
     if ranges.iter().fold(true, |all, range| all & is_valid(range)) {
         return Ok(());
     }
-    match ranges.iter().position(|range| !is_valid(range)) {
-        Some(at) => Err(Error::input(
-            format!("{field}[{at}]"),
-            "a finite number of at least 0",
-            ranges[at],
-        )),
-        None => Ok(()),
-    }
+    let mut each = ranges.iter().enumerate();
+    each.try_for_each(|(at, &range)| not_negative(&format!("{field}[{at}]"), range))
 }
 
 /// Checks the actions of learned predators: `count` entries or none, each in [-1, 1] up to rounding in float32.
@@ -170,19 +212,15 @@ pub fn check_ranges(field: &str, ranges: &[f64]) -> Result<()> {
 /// # Errors
 /// [`Error::Input`] naming the wrong length or the first entry out of bounds.
 pub fn check_predator_actions(actions: &[f64], count: usize) -> Result<()> {
-    if !actions.is_empty() && actions.len() != count {
-        let (expected, given) = (
-            format!("{count} entries"),
-            format!("{} entries", actions.len()),
-        );
-        return Err(Error::input("predator_actions", expected, given));
+    let field = "predator_actions";
+    if !actions.is_empty() {
+        length(field, actions.len(), count, "entries", "")?;
     }
     match actions.iter().position(|c| clipped(*c, -1.0, 1.0).is_nan()) {
-        Some(at) => Err(Error::input(
-            format!("predator_actions[{at}]"),
-            "a number from -1 to 1",
-            actions[at],
-        )),
+        Some(at) => {
+            let field = format!("{field}[{at}]");
+            Err(Error::input(field, "a number from -1 to 1", actions[at]))
+        }
         None => Ok(()),
     }
 }

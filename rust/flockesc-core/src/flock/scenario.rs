@@ -146,10 +146,10 @@ impl FlockConfig {
 
     /// Returns the document with all fields as JSON.
     pub fn to_json(&self) -> String {
-        self.document().to_string()
+        serde_json::to_string(self).unwrap_or_default()
     }
 
-    /// Checks every field, and the parameters of the randomization; see [`Self::check_draw`].
+    /// Checks every field, and the parameters of the randomization. [`Self::drawn`] checks what they draw.
     ///
     /// # Errors
     /// [`Error::Input`] if a field is out of bounds.
@@ -159,30 +159,6 @@ impl FlockConfig {
             return Ok(());
         }
         randomization::check(&self.randomization, self.undrawn_document())
-    }
-
-    /// Checks the scenario that the episode with this seed draws.
-    ///
-    /// # Errors
-    /// [`Error::Input`] if a drawn number, alone or with others, is out of bounds.
-    pub fn check_draw(&self, seed: u64) -> Result<()> {
-        if self.randomization.is_empty() {
-            return Ok(());
-        }
-        let drawn = parse_value::<Self>(&self.drawn_document(seed));
-        drawn
-            .and_then(|drawn| drawn.check_fields())
-            .map_err(|error| match error {
-                Error::Input {
-                    field,
-                    expected,
-                    given,
-                } => {
-                    let given = format!("{given}, drawn by the episode with seed {seed}");
-                    Error::input(field, expected, given)
-                }
-                other => other,
-            })
     }
 
     /// Returns the number of learned predators.
@@ -262,38 +238,38 @@ impl FlockConfig {
             is_mutual: self.mutual,
             is_frozen: self.frozen_graph,
             blocks_warnings: self.blocks_warnings,
-            needs_pairs: self.motion.needs_pairs(),
+            needs_pairs: self.motion.needs().pairs,
         }
     }
 
-    /// Returns the scenario of the episode with this seed: with drawn numbers, or unchanged without
-    /// randomization. The seed must pass [`Self::check_draw`].
-    pub fn drawn(self: &Arc<Self>, seed: u64) -> Arc<Self> {
+    /// Returns the scenario of the episode with this seed: with drawn numbers and without randomization.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if a drawn number, alone or with others, is out of bounds.
+    pub fn drawn(self: &Arc<Self>, seed: u64) -> Result<Arc<Self>> {
         if self.randomization.is_empty() {
-            return Arc::clone(self);
+            return Ok(Arc::clone(self));
         }
-        let drawn = parse_value(&self.drawn_document(seed));
-        drawn.map_or_else(|_| Arc::clone(self), Arc::new)
-    }
-
-    /// Returns the document of [`Self::drawn`] as JSON, or `None` without randomization.
-    pub fn drawn_json(&self, seed: u64) -> Option<String> {
-        (!self.randomization.is_empty()).then(|| self.drawn_document(seed).to_string())
-    }
-
-    fn drawn_document(&self, seed: u64) -> Value {
         let mut document = self.undrawn_document();
         randomization::draw(&self.randomization, seed, &mut document);
-        document
-    }
-
-    fn document(&self) -> Value {
-        serde_json::to_value(self).unwrap_or_default()
+        let drawn = parse_value::<Self>(&document);
+        let checked = drawn.and_then(|drawn| drawn.check_fields().map(|()| Arc::new(drawn)));
+        checked.map_err(|error| match error {
+            Error::Input {
+                field,
+                expected,
+                given,
+            } => {
+                let given = format!("{given}, drawn by the episode with seed {seed}");
+                Error::input(field, expected, given)
+            }
+            other => other,
+        })
     }
 
     /// Returns the document without its randomization.
     fn undrawn_document(&self) -> Value {
-        let mut document = self.document();
+        let mut document = serde_json::to_value(self).unwrap_or_default();
         document["randomization"] = Value::Array(Vec::new());
         document
     }

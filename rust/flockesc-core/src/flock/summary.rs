@@ -170,13 +170,10 @@ fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
     let mut heading_away_in_range = [0; GROUP];
     let mut in_range = [0; GROUP];
     for (group, neighbors) in flock.groups.iter().zip(flock.sums) {
-        let Group {
-            distance,
-            speed: norm,
-            ..
-        } = group;
+        let (distance, norm) = (&group.distance, &group.speed);
         let away = offsets(group, flock.predators);
         for lane in 0..GROUP {
+            // All ones for an agent, 0 for an empty lane, whose NaN would otherwise enter the sums.
             let is_agent = -i64::from(!distance[lane].is_nan());
             let velocity: [f64; D] = std::array::from_fn(|axis| group.velocity[axis][lane]);
             // One division replaces two. Vectors of length 0 stay 0.

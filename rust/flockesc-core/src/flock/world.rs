@@ -1,6 +1,5 @@
 //! `World`: a flock and its predators, and one step of the model in the order of docs/model.md.
 
-mod change;
 mod state;
 
 use std::sync::Arc;
@@ -14,6 +13,7 @@ use super::initial_state::InitialState;
 use super::motion::{Predators, Response, advance};
 use crate::agents::{Agents, GROUP};
 use crate::base::error::Result;
+use crate::base::load::Load;
 use crate::base::rng::{self, Stream};
 use crate::flock::metrics::{PredatorDistance, distances};
 use crate::flock::scenario::FlockConfig;
@@ -46,6 +46,7 @@ pub struct World<const D: usize> {
     neighborhood: Neighborhood<D>,
     response: Response<D>,
     predator_distance: PredatorDistance,
+    pub(crate) load: Load,
     /// Positions of the predators in m before and after the last step.
     before: Vec<[f64; D]>,
     after: Vec<[f64; D]>,
@@ -53,9 +54,8 @@ pub struct World<const D: usize> {
 
 impl<const D: usize> World<D> {
     /// Creates the world at t = 0. `config.dimension` must be D, and `start` must pass
-    /// [`InitialState::check`] and its seed [`FlockConfig::check_draw`]. Randomized parameters are drawn from the seed.
+    /// [`InitialState::check`]. A randomized scenario must be [`FlockConfig::drawn`] with the seed of `start`.
     pub fn new(config: Arc<FlockConfig>, start: &InitialState) -> Self {
-        let config = config.drawn(start.seed);
         let mut agents = Agents::new(&start.positions(&config), &start.velocities(&config));
         if let Some(side) = config.periodic_side {
             agents.wrap(side);
@@ -78,6 +78,7 @@ impl<const D: usize> World<D> {
         let after: Vec<[f64; D]> = predators.iter().map(|p| p.position.into()).collect();
         let mut world = Self {
             predator_distance: PredatorDistance::of::<D>(&[], 0),
+            load: Load::default(),
             before: after.clone(),
             after,
             config,
@@ -105,7 +106,7 @@ impl<const D: usize> World<D> {
     /// Stops the counting of neighbors, which takes about 5 % of a step. Only for worlds that are never observed.
     pub(crate) fn stop_counting(&mut self) {
         // Sensing noise and some laws of motion depend on the number of neighbors.
-        if self.config.sensing_noise <= 0.0 && !self.config.motion.needs_counts() {
+        if self.config.sensing_noise <= 0.0 && !self.config.motion.needs().counts {
             self.neighborhood.stop_counting();
         }
     }
@@ -115,21 +116,24 @@ impl<const D: usize> World<D> {
     /// # Errors
     /// [`crate::Error::Memory`] for the neighbor graph that the scenario freezes. The world is unchanged.
     pub fn step(&mut self, ranges: Ranges<'_>) -> Result<()> {
-        self.step_pushed(ranges, &[])
+        self.step_with_force(ranges, &[])
     }
 
-    /// As [`Self::step`], with a force that is added to f_i: D entries per id, or none.
-    ///
-    /// # Errors
-    /// As [`Self::step`].
-    pub(crate) fn step_pushed(&mut self, ranges: Ranges<'_>, extra_force: &[f64]) -> Result<()> {
+    /// As [`Self::step`], with an additional term of f_i: D entries per id, or none.
+    pub(crate) fn step_with_force(&mut self, ranges: Ranges<'_>, extra: &[f64]) -> Result<()> {
+        // Before anything changes, because only this can fail.
         self.neighborhood.freeze(&self.agents, ranges)?;
         let prey = Prey::new(&self.agents, &self.neighborhood);
         let (configs, time_step) = (&self.config.predators, self.config.time_step);
+        // Learned predators see the flock of the time t, as their policy did.
         predator::prepare(configs, &mut self.predators, time_step, prey);
         if self.agents.len() > 0 {
             self.neighborhood.sum_neighbors(&mut self.agents, ranges);
+            let (ids, num_agents) = (self.agents.ids(), self.agents.len());
+            let num_heard = self.neighborhood.num_heard(num_agents);
+            self.load.record(ranges.mean(ids), num_heard, num_agents);
         }
+        // NOTE: The escape force needs the predators of the time t, captures those of t + dt: both stay in buffers.
         std::mem::swap(&mut self.before, &mut self.after);
         for (predator, after) in self.predators.iter_mut().zip(&mut self.after) {
             predator.position += predator.velocity * self.config.time_step;
@@ -142,7 +146,7 @@ impl<const D: usize> World<D> {
         let (config, neighborhood) = (&self.config, &mut self.neighborhood);
         let forces = self
             .response
-            .neighbor_forces(config, &self.agents, neighborhood, extra_force);
+            .neighbor_forces(config, &self.agents, neighborhood, extra);
         let sums = neighborhood.sums_mut();
         let (groups, ids) = self.agents.groups_and_ids();
         parallel::for_each_pair(groups, sums, |first, groups, sums| {
@@ -150,12 +154,14 @@ impl<const D: usize> World<D> {
             let forces = forces.map(|forces| &forces[first..]);
             advance(config, &predators, ids, groups, sums, forces);
         });
+        // The kernel has written to empty lanes too, whose velocities must not enter sums.
         self.agents.clear_empty_places();
         self.response.apply_angular_noise(&mut self.agents);
         if let Some(side) = self.config.periodic_side {
             self.agents.wrap(side);
         }
         if let Some(radius) = self.config.capture_radius {
+            // Observations show the neighbor sums of this step, so they move with their agents.
             let neighborhood = &mut self.neighborhood;
             self.agents
                 .catch(radius, |from, to| neighborhood.relocate(from, to));
@@ -191,6 +197,16 @@ impl<const D: usize> World<D> {
     /// an empty slice they fly straight on.
     pub fn set_predator_actions(&mut self, actions: &[f64]) {
         predator::set_actions(&self.config.predators, &mut self.predators, actions);
+    }
+
+    /// Sets the positions in m, or the velocities in m/s, of all agents that are not caught: D entries per id.
+    pub(crate) fn set(&mut self, vectors: &[f64], are_velocities: bool) {
+        self.agents.set(vectors.as_chunks().0, are_velocities);
+        if let Some(side) = self.config.periodic_side {
+            self.agents.wrap(side);
+        }
+        self.measure();
+        self.neighborhood.refresh_changed(&mut self.agents);
     }
 
     /// Returns the parameters, with the drawn numbers of a randomized scenario.
@@ -246,6 +262,16 @@ impl<const D: usize> World<D> {
                 out[id as usize] = *distance;
             }
         }
+    }
+
+    /// Returns the number of other agents that each agent heard in the last step, in the order of ids; 0 at t = 0 and
+    /// for caught agents.
+    pub fn heard(&self) -> Vec<i64> {
+        let mut heard = vec![0; self.agents.num_agents()];
+        for (place, &id) in self.agents.ids().iter().enumerate() {
+            heard[id as usize] = self.neighborhood.sums()[place / GROUP].count[place % GROUP] - 1;
+        }
+        heard
     }
 
     /// Returns the number of weakly connected components under `ranges`.

@@ -45,8 +45,7 @@ mod tests {
     use nalgebra::{DMatrix, DVector};
 
     use super::*;
-    use crate::line::LineConfig;
-    use crate::line::{EscapeForce, Line};
+    use crate::line::{EscapeForce, Line, LineConfig};
 
     #[test]
     fn perron_matrix_is_i_minus_inverse_degree_times_laplacian() {

@@ -2,100 +2,36 @@
 
 mod matrices;
 
-use nalgebra::SVector;
-
 use crate::agents::Agents;
-use crate::base::error::{Error, Result};
+use crate::base::check::length;
+use crate::base::error::Result;
 use crate::base::vector::rows;
 use crate::flock::{FlockConfig, check_ranges};
 use crate::neighbor::{NeighborOptions, Neighborhood, Ranges};
 
 pub use matrices::{laplacian, perron_matrix};
 
-/// The neighbor graph of a flock at one time, for any interaction ranges.
+/// The neighbor graph of a flock at one time: agents that an array or a record has. Arrays are flat, in row-major
+/// order.
 ///
 /// ```
-/// use flockesc_core::{NeighborGraph, Ranges};
-/// use nalgebra::vector;
+/// use flockesc_core::NeighborGraph;
 ///
-/// let positions = [vector![0.0, 0.0], vector![1.0, 0.0], vector![5.0, 0.0]];
-/// let velocities = [vector![1.0, 0.0]; 3];
-/// let graph = NeighborGraph::new(None, &positions, &velocities);
-/// assert_eq!(graph.pairs(Ranges::Shared(1.0))?, [(0, 1), (1, 0)]);
-/// assert_eq!(graph.component_labels(Ranges::Shared(1.0))?, [0, 0, 2]);
+/// let graph = NeighborGraph {
+///     scenario: None,
+///     dimension: 2,
+///     positions: vec![0.0, 0.0, 1.0, 0.0, 5.0, 0.0],
+///     velocities: vec![1.0, 0.0, 1.0, 0.0, 1.0, 0.0],
+///     ranges: vec![1.0],
+/// };
+/// assert_eq!(graph.pairs()?, [(0, 1), (1, 0)]);
+/// assert_eq!(graph.component_labels()?, [0, 0, 2]);
 /// # Ok::<(), flockesc_core::Error>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct NeighborGraph<const D: usize> {
-    agents: Agents<D>,
-    neighborhood: Neighborhood<D>,
-}
-
-impl<const D: usize> NeighborGraph<D> {
-    /// Creates the graph of agents at `positions` in m with `velocities` in m/s, by the neighbor rule of a
-    /// scenario. Without a scenario, all agents within range are neighbors. The options `frozen_graph` and
-    /// `blocks_warnings` have no effect.
-    pub fn new(
-        config: Option<&FlockConfig>,
-        positions: &[SVector<f64, D>],
-        velocities: &[SVector<f64, D>],
-    ) -> Self {
-        let mut agents = Agents::new(positions, velocities);
-        if let Some(side) = config.and_then(|config| config.periodic_side) {
-            agents.wrap(side);
-        }
-        let options = NeighborOptions {
-            is_frozen: false,
-            blocks_warnings: false,
-            ..config.map_or(NeighborOptions::METRIC, FlockConfig::neighbor_options)
-        };
-        Self {
-            neighborhood: Neighborhood::new(options, &mut agents),
-            agents,
-        }
-    }
-
-    /// Returns the pairs (agent, neighbor) of different agents, in ascending order.
-    ///
-    /// # Errors
-    /// [`Error::Input`] if a range is negative or not finite, or if there is not one range per agent;
-    /// [`Error::Memory`] for the pairs.
-    pub fn pairs(&self, ranges: Ranges<'_>) -> Result<Vec<(u32, u32)>> {
-        self.check(ranges)?;
-        let mut pairs = self.neighborhood.pairs_by_id(&self.agents, ranges)?;
-        pairs.sort_unstable();
-        Ok(pairs)
-    }
-
-    /// Returns a label per agent: the lowest id in the weakly connected component of the agent.
-    ///
-    /// # Errors
-    /// As [`Self::pairs`].
-    pub fn component_labels(&self, ranges: Ranges<'_>) -> Result<Vec<u32>> {
-        self.check(ranges)?;
-        Ok(self.neighborhood.component_labels(&self.agents, ranges))
-    }
-
-    fn check(&self, ranges: Ranges<'_>) -> Result<()> {
-        let (given, expected) = match ranges {
-            Ranges::Shared(range) => (&[range][..], 1),
-            Ranges::PerAgent(ranges) => (ranges, self.agents.len()),
-        };
-        if given.len() != expected {
-            let (expected, given) = (
-                format!("{expected} ranges"),
-                format!("{} ranges", given.len()),
-            );
-            return Err(Error::input("interaction_range", expected, given));
-        }
-        check_ranges("interaction_range", given)
-    }
-}
-
-/// The arguments of a function on the neighbor graph of a flock. Arrays are flat, in row-major order.
-#[derive(Debug)]
-pub struct GraphArguments {
-    /// The scenario with the neighbor rule. `None`: metric neighbors.
+pub struct NeighborGraph {
+    /// The scenario with the neighbor rule; its options `frozen_graph` and `blocks_warnings` have no effect. `None`: all
+    /// agents within range are neighbors.
     pub scenario: Option<FlockConfig>,
     /// Number of coordinates of a vector, 2 or 3.
     pub dimension: usize,
@@ -107,38 +43,67 @@ pub struct GraphArguments {
     pub ranges: Vec<f64>,
 }
 
-impl GraphArguments {
+impl NeighborGraph {
     /// Returns the number of agents.
     pub fn num_agents(&self) -> usize {
         self.positions.len() / self.dimension
     }
 
-    /// As [`NeighborGraph::pairs`].
+    /// Returns the pairs (agent, neighbor) of different agents, in ascending order.
     ///
     /// # Errors
-    /// As [`NeighborGraph::pairs`].
+    /// [`crate::Error::Input`] if a range is negative or not finite, or if there is not one range per agent;
+    /// [`crate::Error::Memory`] for the pairs.
     pub fn pairs(&self) -> Result<Vec<(u32, u32)>> {
-        match self.dimension {
-            2 => self.graph::<2>().pairs(self.ranges()),
-            _ => self.graph::<3>().pairs(self.ranges()),
-        }
+        let mut pairs = match self.dimension {
+            2 => self.pairs_by_id::<2>()?,
+            _ => self.pairs_by_id::<3>()?,
+        };
+        pairs.sort_unstable();
+        Ok(pairs)
     }
 
-    /// As [`NeighborGraph::component_labels`].
+    /// Returns a label per agent: the lowest id in the weakly connected component of the agent.
     ///
     /// # Errors
-    /// As [`NeighborGraph::pairs`].
+    /// As [`Self::pairs`].
     pub fn component_labels(&self) -> Result<Vec<u32>> {
         match self.dimension {
-            2 => self.graph::<2>().component_labels(self.ranges()),
-            _ => self.graph::<3>().component_labels(self.ranges()),
+            2 => self.labels::<2>(),
+            _ => self.labels::<3>(),
         }
     }
 
-    fn graph<const D: usize>(&self) -> NeighborGraph<D> {
-        let positions: Vec<_> = rows(&self.positions).collect();
-        let velocities: Vec<_> = rows(&self.velocities).collect();
-        NeighborGraph::new(self.scenario.as_ref(), &positions, &velocities)
+    fn pairs_by_id<const D: usize>(&self) -> Result<Vec<(u32, u32)>> {
+        let (agents, neighborhood) = self.neighborhood::<D>()?;
+        neighborhood.pairs_by_id(&agents, self.ranges())
+    }
+
+    fn labels<const D: usize>(&self) -> Result<Vec<u32>> {
+        let (agents, neighborhood) = self.neighborhood::<D>()?;
+        Ok(neighborhood.component_labels(&agents, self.ranges()))
+    }
+
+    /// Checks the ranges, and returns the agents with their neighborhood.
+    fn neighborhood<const D: usize>(&self) -> Result<(Agents<D>, Neighborhood<D>)> {
+        let field = "interaction_range";
+        if let Ranges::PerAgent(ranges) = self.ranges() {
+            length(field, ranges.len(), self.num_agents(), "ranges", "")?;
+        }
+        check_ranges(field, &self.ranges)?;
+        let vectors = |flat| rows(flat).collect::<Vec<_>>();
+        let mut agents = Agents::new(&vectors(&self.positions), &vectors(&self.velocities));
+        let config = self.scenario.as_ref();
+        if let Some(side) = config.and_then(|config| config.periodic_side) {
+            agents.wrap(side);
+        }
+        let options = NeighborOptions {
+            is_frozen: false,
+            blocks_warnings: false,
+            ..config.map_or(NeighborOptions::METRIC, FlockConfig::neighbor_options)
+        };
+        let neighborhood = Neighborhood::new(options, &mut agents);
+        Ok((agents, neighborhood))
     }
 
     fn ranges(&self) -> Ranges<'_> {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::step::{Groups, Line, check_range};
-use crate::base::check::{MAX_STEPS, positive, rounding, within};
+use super::step::{Groups, Line};
+use crate::base::check::{MAX_STEPS, not_negative, positive, require, rounding, within};
 use crate::base::document::parse;
 use crate::base::entry::{Entries, Entry, Row};
 use crate::base::error::{Error, Result};
@@ -92,10 +92,9 @@ impl LineEpisode {
         seed: u64,
         initial_state: Option<&[f64]>,
     ) -> Result<Self> {
-        if scenario.predator_position.is_none() {
-            let expected = "a number, because rewards depend on the distance to the predator";
-            return Err(Error::input("predator_position", expected, "none"));
-        }
+        let has_predator = scenario.predator_position.is_some();
+        let expected = "a number, because rewards depend on the distance to the predator";
+        require(has_predator, "predator_position", expected, "none")?;
         let line = Line::new(scenario, seed, initial_state)?;
         let status = Status {
             step: 0,
@@ -119,7 +118,7 @@ impl LineEpisode {
     /// the action was then applied.
     pub fn advance(&mut self, range: f64, progress: &Progress) -> Result<f64> {
         rounding()?;
-        check_range(range)?;
+        not_negative("interaction_range", range)?;
         if self.has_ended() {
             let message = "step() called after the end of the episode; call reset()";
             return Err(Error::episode(message));
@@ -204,18 +203,17 @@ impl LineEpisode {
     /// # Errors
     /// [`crate::Error::Input`] if the bytes are damaged or have another version, scenario or options.
     pub fn restored(&self, state: &[u8]) -> Result<(Self, (u64, u64))> {
-        let scenario = self.line.shared_config();
         let (schedule, groups, status): (_, Groups, Status) = decode(self.fingerprint(), state)?;
         let episode = Self {
             config: self.config.clone(),
-            line: Line::of_groups(scenario.clone(), groups),
+            line: Line::of_groups(self.line.config().clone(), groups),
             status,
         };
         Ok((episode, schedule))
     }
 
     fn fingerprint(&self) -> Fingerprint {
-        Fingerprint::of(&(self.line.config(), &self.config))
+        Fingerprint::of(&(self.line.config().as_ref(), &self.config))
     }
 }
 

@@ -11,7 +11,7 @@ use crate::network::{EpisodeNetwork, Networks};
 use crate::parallel::{self, Pool, Progress, dispatch};
 
 /// A recorded run of a line: one entry or row per time 0..=steps.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct LineTrajectory {
     /// States x(t), (steps + 1) * n entries in row-major order.
     pub states: Vec<f64>,
@@ -39,13 +39,7 @@ pub fn simulate_line(
     progress: &Progress,
 ) -> Result<LineTrajectory> {
     let mut line = Line::new(config, seed, initial_state)?;
-    let mut trajectory = LineTrajectory {
-        states: Vec::new(),
-        num_components: Vec::new(),
-        escape_distance: Vec::new(),
-        converged: false,
-        steps: 0,
-    };
+    let mut trajectory = LineTrajectory::default();
     trajectory.record(&line, range)?;
     let (steps, converged) = run_line(&mut line, range, progress, |line| {
         trajectory.record(line, range)

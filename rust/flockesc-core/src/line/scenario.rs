@@ -45,7 +45,7 @@ impl Default for LineConfig {
 impl LineConfig {
     /// Returns the document with all fields as JSON.
     pub fn to_json(&self) -> String {
-        serde_json::to_value(self).unwrap_or_default().to_string()
+        serde_json::to_string(self).unwrap_or_default()
     }
 
     /// Parses and checks a document.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::base::check::{coordinates, rounding};
-use crate::base::error::{Error, Result};
+use crate::base::check::{coordinates, length, not_negative, rounding};
+use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::memory;
 use crate::base::rng::{self, Stream};
@@ -34,10 +34,6 @@ impl Line {
         }
     }
 
-    pub(super) fn shared_config(&self) -> &Arc<LineConfig> {
-        &self.config
-    }
-
     pub(super) fn groups(&self) -> &Groups {
         &self.groups
     }
@@ -45,8 +41,8 @@ impl Line {
     /// Creates a line at `states`. If they are `None`, x(0) ~ U[0, 1]^n is drawn from `seed`.
     ///
     /// # Errors
-    /// [`Error::Input`] if `states` does not have one entry per agent or an entry is out of bounds; [`Error::Memory`];
-    /// [`Error::Rounding`].
+    /// [`crate::Error::Input`] if `states` does not have one entry per agent or an entry is out of bounds;
+    /// [`crate::Error::Memory`]; [`crate::Error::Rounding`].
     pub fn new(config: Arc<LineConfig>, seed: u64, states: Option<&[f64]>) -> Result<Self> {
         rounding()?;
         let num_agents = config.num_agents;
@@ -70,7 +66,15 @@ impl Line {
 
     /// Appends the states x(t) to `out`, in the order of ids.
     pub(super) fn append_states(&self, out: &mut Vec<f64>) {
-        self.groups.append_states(out);
+        let start = out.len();
+        out.resize(start + self.groups.companion.len(), 0.0);
+        let out = &mut out[start..];
+        for group in &self.groups.sorted {
+            out[group.first as usize] = group.state;
+        }
+        for (agent, companion) in self.groups.companion.iter().enumerate() {
+            out[agent] = out[*companion as usize];
+        }
     }
 
     /// Returns the offsets x_i - x_p in ascending order, length n; the states without a predator.
@@ -82,16 +86,16 @@ impl Line {
     }
 
     /// Returns the parameters.
-    pub fn config(&self) -> &LineConfig {
+    pub fn config(&self) -> &Arc<LineConfig> {
         &self.config
     }
 
     /// Advances the line by one step and returns the largest displacement max_i |x_i(t+1) - x_i(t)|.
     ///
     /// # Errors
-    /// [`Error::Input`] if `range` is negative or not finite.
+    /// [`crate::Error::Input`] if `range` is negative or not finite.
     pub fn step(&mut self, range: f64) -> Result<f64> {
-        check_range(range)?;
+        not_negative("interaction_range", range)?;
         let groups = &self.groups.sorted;
         neighbor_means(groups, self.config.num_agents, range, &mut self.next);
         if let Some(predator) = self.config.predator_position {
@@ -140,26 +144,9 @@ fn initial_states(num_agents: usize, seed: u64) -> Vec<f64> {
 }
 
 fn check_states(states: &[f64], num_agents: usize) -> Result<()> {
-    if states.len() != num_agents {
-        return Err(Error::input(
-            "initial_state",
-            format!("{num_agents} entries, one per agent"),
-            format!("{} entries", states.len()),
-        ));
-    }
-    coordinates(states, |i| format!("initial_state[{i}]"))
-}
-
-pub(crate) fn check_range(range: f64) -> Result<()> {
-    if range.is_finite() && range >= 0.0 {
-        Ok(())
-    } else {
-        Err(Error::input(
-            "interaction_range",
-            "a finite number of at least 0",
-            range,
-        ))
-    }
+    let (field, note) = ("initial_state", ", one per agent");
+    length(field, states.len(), num_agents, "entries", note)?;
+    coordinates(states, |i| format!("{field}[{i}]"))
 }
 
 /// A group of agents with the same state.
@@ -224,19 +211,6 @@ impl Groups {
             self.sorted.sort_unstable_by(by_state);
         }
         moved
-    }
-
-    /// Appends the states of all agents to `out`, in the order of ids.
-    fn append_states(&self, out: &mut Vec<f64>) {
-        let start = out.len();
-        out.resize(start + self.companion.len(), 0.0);
-        let out = &mut out[start..];
-        for group in &self.sorted {
-            out[group.first as usize] = group.state;
-        }
-        for (agent, companion) in self.companion.iter().enumerate() {
-            out[agent] = out[*companion as usize];
-        }
     }
 }
 

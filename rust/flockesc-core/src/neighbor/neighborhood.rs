@@ -22,7 +22,8 @@ use crate::neighbor::rules::rule::Criterion;
 use crate::parallel;
 pub(crate) use state::NeighborhoodState;
 
-/// Growth of the area around a leaf, as a side, after which the agents are re-sorted.
+/// Growth of the area around a leaf, as a side, after which the agents are re-sorted. The number of candidates grows by
+/// its square, so that 21 % more work are weighed against a sort; other growths were no faster.
 const MOST_GROWTH: f64 = 1.1;
 
 /// The neighbor graph of a flock, with the sums over the neighbors of every agent.
@@ -68,17 +69,20 @@ impl<const D: usize> Neighborhood<D> {
 
     /// Computes the sums over every agent's neighbors (Eq. 11). May re-sort the agents.
     pub(crate) fn sum_neighbors(&mut self, agents: &mut Agents<D>, ranges: Ranges<'_>) {
-        // Warnings are removed from the sums afterwards, which is faster than a loop over all pairs.
+        // PERF: Warnings are removed from the sums afterwards, which is faster than a loop over all pairs.
         let audible = NeighborOptions {
             blocks_warnings: false,
             ..self.options
         };
+        // Only interaction ranges can be the same in the next step; rules compute other reaches in each.
         let is_by_range = audible.is_by_view() && audible.rule.criterion() == Criterion::Range;
         let reuse = if is_by_range {
             self.verlet.plan(agents, ranges)
         } else {
             Reuse::Discarded
         };
+        // NOTE: The order matters. Boxes decide whether to sort, and a sort moves agents to other places. The store and
+        // the lists of rules refer to places, so they follow it.
         if reuse != Reuse::Kept || self.options.needs_pairs {
             self.tree.build_boxes(agents);
         }
@@ -116,6 +120,7 @@ impl<const D: usize> Neighborhood<D> {
             let places = first * GROUP..agents.len().min((first + sums.len()) * GROUP);
             scratch.trim(places.len(), agents.len());
         });
+        // Lists that were too large to keep are gone, so the next step cannot take them.
         if matches!(reuse, Reuse::New(_)) && self.scratch.iter().any(|s| s.is_trimmed) {
             self.verlet.pause();
         }
@@ -155,6 +160,17 @@ impl<const D: usize> Neighborhood<D> {
     pub(crate) fn relocate(&mut self, from: usize, to: usize) {
         let agent = self.sums[from / GROUP].of(from % GROUP);
         self.sums[to / GROUP].set(to % GROUP, &agent);
+    }
+
+    /// Returns the number of others that the `num_agents` agents heard in the last step, summed over the agents; 0
+    /// without counting.
+    pub(crate) fn num_heard(&self, num_agents: usize) -> i64 {
+        if !self.is_counting {
+            return 0;
+        }
+        let groups = self.sums.iter().zip((0..num_agents).step_by(GROUP));
+        let counts = groups.map(|(sums, first)| &sums.count[..GROUP.min(num_agents - first)]);
+        counts.map(|count| count.iter().sum::<i64>()).sum::<i64>() - num_agents as i64
     }
 
     /// Returns the sums of the last step, group by group.
@@ -251,21 +267,8 @@ impl<const D: usize> Neighborhood<D> {
         self.with_pairs(agents, ranges, |pairs| Components::of(&pairs))
     }
 
-    /// Computes the reaches and lists under `ranges` at the current positions. `tree` has their boxes.
-    pub(in crate::neighbor) fn links_at(
-        &self,
-        agents: &Agents<D>,
-        tree: &Tree<D>,
-        ranges: Ranges<'_>,
-    ) -> Links {
-        self.current_links(&self.options, agents, tree, ranges)
-    }
-
     /// Returns the options and the tree of the agents, for searches under other ranges.
-    pub(in crate::neighbor) fn search(
-        &self,
-        agents: &Agents<D>,
-    ) -> (&NeighborOptions, Cow<'_, Tree<D>>) {
+    pub(crate) fn search(&self, agents: &Agents<D>) -> (&NeighborOptions, Cow<'_, Tree<D>>) {
         (&self.options, self.tree.with_boxes(agents))
     }
 
@@ -277,8 +280,8 @@ impl<const D: usize> Neighborhood<D> {
         }
     }
 
-    /// Computes reaches and lists at the current positions.
-    fn current_links(
+    /// Computes reaches and lists at the current positions. `tree` has their boxes.
+    pub(crate) fn current_links(
         &self,
         options: &NeighborOptions,
         agents: &Agents<D>,

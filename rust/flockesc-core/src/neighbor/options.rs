@@ -35,10 +35,7 @@ impl NeighborOptions {
     };
 
     /// Returns the distances between agents in the world of these options.
-    pub(in crate::neighbor) fn distances<const D: usize>(
-        self,
-        agents: &Agents<D>,
-    ) -> Distances<'_, D> {
+    pub(crate) fn distances<const D: usize>(self, agents: &Agents<D>) -> Distances<'_, D> {
         Distances {
             agents,
             field_of_view: self.field_of_view,
@@ -48,12 +45,12 @@ impl NeighborOptions {
 
     /// Returns whether neighbors are determined by distances alone, so that nodes of the tree can be added at
     /// once.
-    pub(in crate::neighbor) fn is_by_reach(&self) -> bool {
+    pub(crate) fn is_by_reach(&self) -> bool {
         self.is_by_view() && self.field_of_view == FieldOfView::ALL_ROUND
     }
 
     /// Returns whether neighbors are determined by distances and the agents' own fields of view.
-    pub(in crate::neighbor) fn is_by_view(&self) -> bool {
+    pub(crate) fn is_by_view(&self) -> bool {
         let is_plain = !self.is_mutual && !self.is_frozen && !self.blocks_warnings;
         is_plain && self.rule.criterion() != Criterion::List
     }

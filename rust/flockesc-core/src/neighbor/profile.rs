@@ -42,7 +42,7 @@ impl<'a, const D: usize> Profile<'a, D> {
         let (options, tree) = neighborhood.search(agents);
         let with_links = |range: &f64| {
             progress.check()?;
-            let links = neighborhood.links_at(agents, &tree, Ranges::Shared(*range));
+            let links = neighborhood.current_links(options, agents, &tree, Ranges::Shared(*range));
             Ok((*range, links))
         };
         Ok(Self {

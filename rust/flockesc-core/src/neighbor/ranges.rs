@@ -1,6 +1,8 @@
 //! `Ranges`: the interaction ranges of the agents, and their squared reaches.
 
 use crate::agents::Column;
+use crate::base::exact::Scale;
+use crate::base::vector::larger;
 
 /// Size of the samples of agents or groups that decide whether to re-sort the agents.
 pub(super) const SAMPLE: usize = 64;
@@ -14,9 +16,19 @@ pub enum Ranges<'a> {
     PerAgent(&'a [f64]),
 }
 
+impl<'a> From<&'a [f64]> for Ranges<'a> {
+    /// A single range is that of all agents.
+    fn from(ranges: &'a [f64]) -> Self {
+        match ranges {
+            [range] => Self::Shared(*range),
+            ranges => Self::PerAgent(ranges),
+        }
+    }
+}
+
 impl Ranges<'_> {
     /// Returns the range in m of the agent with this id.
-    pub(in crate::neighbor) fn of(self, id: u32) -> f64 {
+    pub(crate) fn of(self, id: u32) -> f64 {
         match self {
             Self::Shared(range) => range,
             Self::PerAgent(ranges) => ranges[id as usize],
@@ -25,7 +37,7 @@ impl Ranges<'_> {
 
     /// Writes the squared ranges in m^2 of the agents with these ids to `out`.
     #[inline(always)]
-    pub(in crate::neighbor) fn square(self, ids: &[u32], out: &mut Column<f64>) {
+    pub(crate) fn square(self, ids: &[u32], out: &mut Column<f64>) {
         // Squares are finite, so that boxes without agents, which are at infinity, are out of reach.
         let square = |range: f64| (range * range).min(f64::MAX);
         match self {
@@ -38,8 +50,17 @@ impl Ranges<'_> {
         }
     }
 
+    /// Returns the mean range in m of the agents with these ids, at least one, in any order.
+    pub(crate) fn mean(self, ids: &[u32]) -> f64 {
+        match self {
+            Self::Shared(range) => range,
+            Self::PerAgent(ranges) if ids.len() == ranges.len() => mean(ranges.iter().copied()),
+            Self::PerAgent(ranges) => mean(ids.iter().map(|&id| ranges[id as usize])),
+        }
+    }
+
     /// Returns the mean range of a sample of the agents, in m.
-    pub(in crate::neighbor) fn sample_mean(self) -> f64 {
+    pub(crate) fn sample_mean(self) -> f64 {
         match self {
             Self::Shared(range) => range,
             Self::PerAgent(ranges) => {
@@ -51,9 +72,17 @@ impl Ranges<'_> {
     }
 }
 
+/// Returns the mean of numbers >= 0 in any order. The mean of equal numbers has their bits.
+fn mean(numbers: impl ExactSizeIterator<Item = f64> + Clone) -> f64 {
+    let (largest, count) = (numbers.clone().fold(0.0, larger), numbers.len());
+    let scale = Scale::for_registers(largest, count);
+    let sum = numbers.map(|number| scale.quantize(largest - number)).sum();
+    largest - scale.mean(sum, count as i64)
+}
+
 /// The reach of every agent, which is its interaction range or computed by a rule.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::neighbor) enum Reaches<'a> {
+pub(crate) enum Reaches<'a> {
     /// Interaction ranges in m.
     Ranges(Ranges<'a>),
     /// Squared reaches in m^2, group by group.
@@ -63,7 +92,7 @@ pub(in crate::neighbor) enum Reaches<'a> {
 impl Reaches<'_> {
     /// Returns whether all agents are known to have the same reach.
     #[inline(always)]
-    pub(in crate::neighbor) fn are_equal(self) -> bool {
+    pub(crate) fn are_equal(self) -> bool {
         match self {
             Self::Ranges(Ranges::Shared(_)) => true,
             Self::Ranges(Ranges::PerAgent(_)) | Self::Squares(_) => false,
@@ -72,7 +101,7 @@ impl Reaches<'_> {
 
     /// Writes the squared reaches in m^2 of a group's agents to `out`. `ids` are the ids of the agents.
     #[inline(always)]
-    pub(in crate::neighbor) fn square(self, group: usize, ids: &[u32], out: &mut Column<f64>) {
+    pub(crate) fn square(self, group: usize, ids: &[u32], out: &mut Column<f64>) {
         match self {
             Self::Ranges(ranges) => ranges.square(ids, out),
             Self::Squares(squares) => *out = squares[group],

@@ -4,9 +4,9 @@ use std::iter::once;
 
 use serde::{Deserialize, Serialize};
 
-use crate::base::check::{MAX_AGENTS, within};
+use crate::base::check::{MAX_AGENTS, require, within};
 use crate::base::document::parse;
-use crate::base::error::{Error, Result};
+use crate::base::error::Result;
 
 /// Inputs, layers and head of a network: tanh layers, then a linear layer, whose outputs the head turns into a
 /// range.
@@ -81,7 +81,7 @@ impl Architecture {
     /// Parses and checks a JSON document.
     ///
     /// # Errors
-    /// [`Error::Input`] if a field is unknown, has the wrong type or is out of bounds.
+    /// [`crate::Error::Input`] if a field is unknown, has the wrong type or is out of bounds.
     pub fn from_json(document: &str) -> Result<Self> {
         let architecture: Self = parse(document)?;
         architecture.check()?;
@@ -91,18 +91,20 @@ impl Architecture {
     /// Checks every field.
     ///
     /// # Errors
-    /// [`Error::Input`] if a field is out of bounds.
+    /// [`crate::Error::Input`] if a field is out of bounds.
     pub fn check(&self) -> Result<()> {
-        if self.inputs.is_empty() && self.candidate_inputs.is_empty() {
-            return Err(Error::input("inputs", "at least one name", "none"));
-        }
+        let has_inputs = !self.inputs.is_empty() || !self.candidate_inputs.is_empty();
+        require(has_inputs, "inputs", "at least one name", "none")?;
         for (index, width) in self.hidden.iter().enumerate() {
             within(&format!("hidden[{index}]"), *width, 1, MAX_AGENTS)?;
         }
-        if self.head() == Head::Candidates && !self.ranges.is_empty() {
-            let expected = "none for a network that scores candidates";
-            return Err(Error::input("ranges", expected, "some"));
-        }
+        let has_one_head = self.candidate_inputs.is_empty() || self.ranges.is_empty();
+        require(
+            has_one_head,
+            "ranges",
+            "none for a network that scores candidates",
+            "some",
+        )?;
         let most = match self.head() {
             Head::Value => MAX_AGENTS,
             Head::Argmax | Head::Candidates => 0,

@@ -3,6 +3,7 @@
 use super::actions::NormalizedRange;
 use super::architecture::{Architecture, Head, Squash};
 use super::forward::{LANES, Lanes, forward, squash, work};
+use crate::base::check::require;
 use crate::base::error::{Error, Result};
 use crate::parallel::Progress;
 
@@ -72,11 +73,12 @@ impl Networks {
     ) -> Result<Self> {
         architecture.check()?;
         let size = architecture.size();
-        if parameters.len() != size.saturating_mul(count) {
-            let expected = format!("{size} numbers per network");
-            let given = parameters.len() / count.max(1);
-            return Err(Error::input("parameters", expected, given));
-        }
+        let has_all = parameters.len() == size.saturating_mul(count);
+        let (expected, given) = (
+            format!("{size} numbers per network"),
+            parameters.len() / count.max(1),
+        );
+        require(has_all, "parameters", &expected, given)?;
         if let Some(at) = parameters.iter().position(|number| !number.is_finite()) {
             let field = format!("parameters[{}, {}]", at / size, at % size);
             return Err(Error::input(field, "a finite number", parameters[at]));
@@ -94,10 +96,8 @@ impl Networks {
             Head::Argmax => choices.len() == architecture.ranges.len(),
             Head::Candidates => !choices.is_empty(),
         };
-        if !is_right {
-            let expected = "candidate ranges for a network that chooses, and only for it";
-            return Err(Error::input("profile_ranges", expected, choices.len()));
-        }
+        let expected = "candidate ranges for a network that chooses, and only for it";
+        require(is_right, "profile_ranges", expected, choices.len())?;
         let largest = choices.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
         let candidate = |(k, range): (usize, &f64)| {
             let names = architecture.candidate_inputs.iter();
@@ -109,13 +109,11 @@ impl Networks {
         };
         let candidates = choices.iter().enumerate().map(candidate);
         let candidates = candidates.collect::<Result<_>>()?;
-        let mirror_columns = match architecture.mirror {
-            true => Some([
-                column(entries, MIRROR_ENTRIES[0])?,
-                column(entries, MIRROR_ENTRIES[1])?,
-            ]),
-            false => None,
-        };
+        let mut mirror_columns = None;
+        if architecture.mirror {
+            let [predator, heard] = MIRROR_ENTRIES;
+            mirror_columns = Some([column(entries, predator)?, column(entries, heard)?]);
+        }
         let inputs = architecture.inputs.iter().map(|name| input(name));
         Ok(Self {
             shapes: architecture.shapes(),
@@ -164,11 +162,13 @@ impl Networks {
     /// Checks that there is one network, or one per episode.
     pub(crate) fn check_count(&self, episodes: usize) -> Result<()> {
         let count = self.parameters.len() / self.size;
-        if count == 1 || count == episodes {
-            return Ok(());
-        }
         let expected = format!("one network, or one for each of {episodes} seeds");
-        Err(Error::input("parameters", expected, count))
+        require(
+            count == 1 || count == episodes,
+            "parameters",
+            &expected,
+            count,
+        )
     }
 
     /// Returns the network of an episode, before its first action. `rows` is the number of

@@ -2,8 +2,7 @@
 
 use multiversion::multiversion;
 
-use super::frames::Velocities;
-use super::frames::{Axes, Shared, Vectors, perceive, put_in_frames};
+use super::frames::{Axes, Shared, Vectors, Velocities, perceive, put_in_frames};
 use super::row::{GroupRows, squash};
 use super::scene::Common;
 use super::{Extras, Scene};
@@ -12,7 +11,7 @@ use crate::base::entry::{Entries, Row};
 use crate::base::error::Result;
 use crate::base::exact::{Scale, to_float};
 use crate::base::vector::SHORTEST;
-use crate::flock::{Drift, HALF_COUNT, Straight, approaches};
+use crate::flock::{Drift, HALF_COUNT, approaches};
 use crate::neighbor::{NeighborSums, Profile};
 use crate::parallel::Progress;
 
@@ -108,7 +107,7 @@ fn add_optional<const D: usize>(
         row.number("heard_escape_gain", -1.0, &column);
     }
     if has_approach {
-        let (predators, sensing_length) = (&shared.predators, shared.common.sensing_length);
+        let (predators, sensing_length) = (shared.predators, shared.common.sensing_length);
         let found = approaches(group, &group.velocity, predators, sensing_length);
         for lane in 0..GROUP {
             column[lane] = scaled(found.distance[lane], length);
@@ -118,8 +117,8 @@ fn add_optional<const D: usize>(
             column[lane] = squash(found.time[lane], length / speed);
         }
         row.number("closest_approach_time", 0.0, &column);
-        distances(&vectors.heard, group, shared, &mut column);
-        row.number("heard_closest_approach", 0.0, &column);
+        let distances = closest_distances(&vectors.heard, group, shared);
+        row.number("heard_closest_approach", 0.0, &distances);
     }
     let mut heard = Velocities::EMPTY;
     for (k, sums) in seen.candidates.iter().enumerate() {
@@ -132,8 +131,8 @@ fn add_optional<const D: usize>(
             row.number("escape_cosine", -1.0, &column);
         }
         if has_approach {
-            distances(&heard, group, shared, &mut column);
-            row.number("closest_approach", 0.0, &column);
+            let distances = closest_distances(&heard, group, shared);
+            row.number("closest_approach", 0.0, &distances);
         }
     }
 }
@@ -164,17 +163,17 @@ fn add_neighbor_count<const D: usize>(
     row.number("neighbor_count", 0.0, &column);
 }
 
-/// Computes the closest approaches with the agents' speeds and the headings of `velocities`, scaled to [0, 1).
+/// Returns the distances of the closest approaches with the agents' speeds and the headings of `velocities`, scaled to [0, 1).
 /// An agent keeps its heading where the velocity is 0.
 #[inline(always)]
-fn distances<const D: usize>(
+fn closest_distances<const D: usize>(
     velocities: &Velocities<D>,
     group: &Group<D>,
     shared: &Shared<'_, D>,
-    distances: &mut Column<f64>,
-) {
+) -> Column<f64> {
     let mut turned = group.velocity;
     for lane in 0..GROUP {
+        // The speed stays, because the neighbors determine only where an agent heads.
         let norm = velocities.norms[lane];
         let factor = group.speed[lane] / norm;
         for axis in 0..D {
@@ -184,10 +183,11 @@ fn distances<const D: usize>(
         }
     }
     let sensing_length = shared.common.sensing_length;
-    let found = approaches(group, &turned, &shared.predators, sensing_length);
+    let mut distances = approaches(group, &turned, shared.predators, sensing_length).distance;
     for lane in 0..GROUP {
-        distances[lane] = scaled(found.distance[lane], shared.common.length);
+        distances[lane] = scaled(distances[lane], shared.common.length);
     }
+    distances
 }
 
 /// Returns a distance to a predator, scaled to [0, 1), or 0 for an infinite one.
@@ -202,11 +202,13 @@ fn scaled(distance: f64, length: f64) -> f64 {
 
 /// Collects the entries of a row.
 pub(super) fn name<const D: usize>(extras: Extras<'_>, entries: &mut Entries) {
+    // NOTE: The function that writes values also names them, so that names cannot get out of step. Values of an empty
+    // group are ignored.
     let unit = Scale::new(0.0, 1);
     let shared = Shared {
         common: Common::default(),
         extras,
-        predators: Vec::new(),
+        predators: &[],
         places: Vec::new(),
         unit,
         candidate_unit: unit,
@@ -237,10 +239,10 @@ pub(super) fn write<const D: usize>(
     if agents.len() == 0 {
         return Ok(());
     }
-    let predators: Vec<Straight<D>> = world.predators().iter().map(Straight::from).collect();
+    let predators = world.predators();
     let mut places = Vec::new();
     if extras.has_escape() {
-        places = Drift::of(&agents.groups, agents.len()).places(&predators);
+        places = Drift::of(agents).places(predators);
     }
     let mut profile = None;
     if !extras.ranges.is_empty() {
@@ -260,6 +262,7 @@ pub(super) fn write<const D: usize>(
     let mut axes = [[[0.0; GROUP]; D]; D];
     let mut rows = GroupRows::new(length);
     let sums = neighborhood.sums();
+    // PERF: Group by group: all columns of a group fit into the cache, and a profile needs one buffer.
     for (index, (group, heard)) in agents.groups.iter().zip(sums).enumerate() {
         progress.check()?;
         let ids = agents.ids_of(index);

@@ -8,9 +8,7 @@ use super::scene::Common;
 use super::{Extras, Scene};
 use crate::base::entry::{Entries, Numbers, Row};
 use crate::base::vector::heading;
-use crate::flock::{
-    Approach, Drift, PredatorDistance, Straight, Summary, approach, heading_escape,
-};
+use crate::flock::{Approach, Drift, PredatorDistance, Summary, approach, heading_escape};
 
 /// The values that a flock's row is computed from.
 struct Features<'a, const D: usize> {
@@ -104,10 +102,7 @@ pub(super) fn name<const D: usize>(extras: Extras<'_>, entries: &mut Entries) {
         common: Common::default(),
         mean_range: 0.0,
         flock: &Summary::EMPTY,
-        distance: PredatorDistance {
-            mean: 0.0,
-            minimum: 0.0,
-        },
+        distance: PredatorDistance::default(),
         predator: None,
         heading_escape: 0.0,
         approach: Approach::default(),
@@ -133,13 +128,12 @@ pub(super) fn write<const D: usize>(scene: &Scene<'_, D>, out: &mut [f32]) {
     let (agents, extras) = (world.agents(), scene.extras);
     let (mut escape, mut closest) = (0.0, Approach::default());
     if !extras.is_empty() && agents.len() > 0 {
-        let drift = Drift::of(&agents.groups, agents.len());
-        let predators: Vec<Straight<D>> = world.predators().iter().map(Straight::from).collect();
+        let drift = Drift::of(agents);
         if extras.has_escape() {
-            escape = heading_escape(world, &drift, &predators);
+            escape = heading_escape(world, &drift);
         }
         if extras.has_approach() {
-            closest = approach(world, &drift, &predators);
+            closest = approach(world, &drift);
         }
     }
     let features = Features {

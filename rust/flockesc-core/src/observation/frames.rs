@@ -7,16 +7,15 @@ use super::Extras;
 use super::scene::Common;
 use crate::agents::{Column, GROUP, Group};
 use crate::base::exact::{Scale, to_float};
-use crate::base::vector::Frame;
-use crate::base::vector::{SHORTEST, squared_norm};
-use crate::flock::Straight;
+use crate::base::vector::{Frame, SHORTEST, squared_norm};
 use crate::neighbor::NeighborSums;
+use crate::predator::Predator;
 
 /// The values that are the same for all agents of a flock.
 pub(super) struct Shared<'a, const D: usize> {
     pub(super) common: Common,
     pub(super) extras: Extras<'a>,
-    pub(super) predators: Vec<Straight<D>>,
+    pub(super) predators: &'a [Predator<D>],
     /// The places of the predators at their closest approach to the flock, in m. Empty unless an entry needs
     /// them.
     pub(super) places: Vec<[f64; D]>,
@@ -66,6 +65,7 @@ impl<const D: usize> Vectors<D> {
         candidates: &[NeighborSums<D>],
         axes: &mut Axes<D>,
     ) {
+        // PERF: In the plane the heading determines the frame. Only agents at rest need cues, in the loop below.
         if D == 2 {
             axes[0] = self.heading;
             axes[1][1] = self.heading[0];
@@ -96,7 +96,7 @@ impl<const D: usize> Vectors<D> {
             } else {
                 Frame::new(&at(&group.velocity), cues)
             };
-            for (columns, axis) in axes.iter_mut().zip(frame.axes()) {
+            for (columns, axis) in axes.iter_mut().zip(&frame.axes) {
                 for k in 0..D {
                     columns[k][lane] = axis[k];
                 }
@@ -159,11 +159,13 @@ fn find_nearest_predator<const D: usize>(
 ) {
     let mut nearest = [f64::INFINITY; GROUP];
     for (index, predator) in shared.predators.iter().enumerate() {
-        let place = shared.places.get(index).unwrap_or(&predator.position);
+        let place = shared.places.get(index).copied();
+        let place = place.unwrap_or(predator.position.into());
         for lane in 0..GROUP {
             let offset: [f64; D] =
                 std::array::from_fn(|axis| predator.position[axis] - group.position[axis][lane]);
             let square = squared_norm(&offset);
+            // PERF: Selections instead of a branch, so that all lanes are computed together.
             let is_nearer = square < nearest[lane];
             nearest[lane] = if is_nearer { square } else { nearest[lane] };
             for axis in 0..D {

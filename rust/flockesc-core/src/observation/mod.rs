@@ -21,9 +21,11 @@ pub use view::View;
 /// Returns the entries of an observation row, in order, for dimension 2 or 3.
 pub(crate) fn entries(view: View, extras: Extras<'_>, dimension: usize) -> Vec<Entry> {
     let mut entries = Entries::default();
-    match dimension {
-        2 => view.name::<2>(extras, &mut entries),
-        _ => view.name::<3>(extras, &mut entries),
+    match (view, dimension) {
+        (View::Flock, 2) => flock::name::<2>(extras, &mut entries),
+        (View::Flock, _) => flock::name::<3>(extras, &mut entries),
+        (View::Agent, 2) => agent::name::<2>(extras, &mut entries),
+        (View::Agent, _) => agent::name::<3>(extras, &mut entries),
     }
     entries.entries
 }
@@ -49,7 +51,13 @@ impl<const D: usize> Scene<'_, D> {
     /// # Errors
     /// [`crate::Error::Interrupted`] if `progress` was cancelled.
     pub(crate) fn observe(&self, view: View, out: &mut [f32], progress: &Progress) -> Result<()> {
-        view.write(self, out, progress)
+        match view {
+            View::Flock => {
+                flock::write(self, out);
+                Ok(())
+            }
+            View::Agent => agent::write(self, out, progress),
+        }
     }
 
     /// Writes one row per learned predator.

@@ -6,8 +6,7 @@ use super::Scene;
 use super::row::squash;
 use super::scene::Common;
 use crate::base::entry::{Entries, Numbers, Row};
-use crate::base::vector::Frame;
-use crate::base::vector::unit;
+use crate::base::vector::{Frame, unit};
 use crate::flock::Summary;
 use crate::predator::{self, Sighting};
 

@@ -3,12 +3,8 @@
 use serde::{Deserialize, Serialize};
 use strum::VariantNames;
 
-use super::{Extras, Scene, agent, flock};
-use crate::base::entry::Entries;
-use crate::base::error::Result;
 use crate::flock::FlockConfig;
 use crate::neighbor::Ranges;
-use crate::parallel::Progress;
 
 /// Whether an episode has one observation and one range for the flock, or one per agent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, VariantNames)]
@@ -45,30 +41,6 @@ impl View {
             Ranges::PerAgent(ranges)
         } else {
             Ranges::Shared(ranges[0])
-        }
-    }
-
-    /// Adds the entries of a row, in order, to `entries`.
-    pub(super) fn name<const D: usize>(self, extras: Extras<'_>, entries: &mut Entries) {
-        match self {
-            Self::Flock => flock::name::<D>(extras, entries),
-            Self::Agent => agent::name::<D>(extras, entries),
-        }
-    }
-
-    /// Writes the rows of a flock.
-    pub(super) fn write<const D: usize>(
-        self,
-        scene: &Scene<'_, D>,
-        out: &mut [f32],
-        progress: &Progress,
-    ) -> Result<()> {
-        match self {
-            Self::Flock => {
-                flock::write(scene, out);
-                Ok(())
-            }
-            Self::Agent => agent::write(scene, out, progress),
         }
     }
 }

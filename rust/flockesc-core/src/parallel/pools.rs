@@ -2,11 +2,12 @@
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 
 use once_cell::race::OnceBox;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::base::check::rounding;
+use crate::base::check::{rounding, within};
 use crate::base::error::{Error, Result};
 
 /// Largest number of threads of a call.
@@ -47,13 +48,7 @@ pub fn forked() {
 pub(crate) fn pool(num_threads: Option<usize>) -> Result<Arc<ThreadPool>> {
     rounding()?;
     let threads = self::num_threads(num_threads);
-    if !(1..=MAX_THREADS).contains(&threads) {
-        return Err(Error::input(
-            "num_threads",
-            format!("an integer from 1 to {MAX_THREADS}"),
-            threads,
-        ));
-    }
+    within("num_threads", threads, 1, MAX_THREADS)?;
     this_process().pool(threads)
 }
 
@@ -104,12 +99,7 @@ fn start(threads: usize) -> Result<Arc<ThreadPool>> {
 
 /// Returns a number of threads; `None` is one per core.
 pub(crate) fn num_threads(num_threads: Option<usize>) -> usize {
-    num_threads.unwrap_or_else(available_threads)
-}
-
-/// Returns the default number of threads, one per core.
-fn available_threads() -> usize {
-    std::thread::available_parallelism().map_or(1, usize::from)
+    num_threads.unwrap_or_else(|| thread::available_parallelism().map_or(1, usize::from))
 }
 
 /// Returns whether the calling thread belongs to a pool of several threads. On other threads, rayon would use
@@ -120,8 +110,6 @@ pub(super) fn is_pooled() -> bool {
 
 #[cfg(test)]
 mod tests {
-    use std::thread;
-
     use super::*;
 
     #[test]

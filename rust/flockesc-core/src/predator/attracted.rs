@@ -48,7 +48,7 @@ impl Attracted {
         }
         let pulls: Vec<SVector<f64, D>> = agents
             .iter()
-            .map(|(_, position, _)| self.pull(&(position - own.position)))
+            .map(|agent| self.pull(&(agent.position - own.position)))
             .collect();
         let largest = pulls.iter().map(SVector::amax).fold(0.0, f64::max);
         // Integers, because agents are not stored in the order of ids.

@@ -4,9 +4,8 @@ use std::f64::consts::TAU;
 
 use serde::{Deserialize, Serialize};
 
-use super::shared::Limits;
-use super::shared::Predator;
 use super::shared::prey::Prey;
+use super::shared::{Limits, Predator};
 use crate::base::check::quantity;
 use crate::base::error::Result;
 

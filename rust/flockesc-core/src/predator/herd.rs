@@ -2,10 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::shared::Limits;
-use super::shared::{Predator, Surroundings};
-use crate::base::check::quantity;
-use crate::base::error::{Error, Result};
+use super::shared::{Limits, Predator, Surroundings};
+use crate::base::check::{quantity, require};
+use crate::base::error::Result;
 use crate::base::vector::unit;
 
 /// Turns toward the driving position: the point behind the centroid, seen from its partner.
@@ -37,15 +36,14 @@ impl Herd {
     pub(super) fn check(&self, path: &str, index: usize, count: usize) -> Result<()> {
         self.limits().check(path, &self.velocity)?;
         quantity(&format!("{path}.distance"), self.distance)?;
-        if self.partner >= count || self.partner == index {
-            let expected = format!("the index of another of the {count} predators");
-            return Err(Error::input(
-                format!("{path}.partner"),
-                expected,
-                self.partner,
-            ));
-        }
-        Ok(())
+        let is_other = self.partner < count && self.partner != index;
+        let expected = format!("the index of another of the {count} predators");
+        require(
+            is_other,
+            &format!("{path}.partner"),
+            &expected,
+            self.partner,
+        )
     }
 
     /// Turns the predator at `index` toward its driving position.

@@ -30,8 +30,8 @@ pub use wandering::Wandering;
 
 use pure_pursuit::MAX_ASSIGNED;
 
-use crate::base::check::vector;
-use crate::base::error::{Error, Result};
+use crate::base::check::{at_most, vector};
+use crate::base::error::Result;
 use crate::base::vector::embed;
 
 /// A predator of a scenario: its strategy and initial state.
@@ -62,17 +62,31 @@ pub enum PredatorConfig {
 impl PredatorConfig {
     /// Returns whether the predator is controlled by actions.
     pub(crate) fn is_learned(&self) -> bool {
-        matches!(self, Self::Learned(_))
+        self.role().learned.is_some()
     }
 
     /// Returns whether an initial state cannot replace the initial position and velocity.
     pub(crate) fn has_fixed_start(&self) -> bool {
-        matches!(self.start_fields(), Start::Path(_))
+        match self.start_fields() {
+            Start::Given(..) => false,
+            Start::Path(_) => true,
+        }
     }
 
-    /// Returns whether the predator pursues the agent that is assigned to it.
-    fn has_assigned_target(&self) -> bool {
-        matches!(self, Self::PurePursuit(pursuit) if pursuit.target == Target::Assigned)
+    fn role(&self) -> Role<'_> {
+        let mut role = Role::default();
+        match self {
+            Self::PurePursuit(own) => role.is_assigned = own.target == Target::Assigned,
+            Self::Encircle(own) => role.encircle = Some(own),
+            Self::Learned(own) => role.learned = Some(own),
+            Self::ConstantVelocity(_)
+            | Self::Intercept(_)
+            | Self::Wandering(_)
+            | Self::Herd(_)
+            | Self::PrescribedPath(_)
+            | Self::Attracted(_) => {}
+        }
+        role
     }
 
     /// Returns the fields that determine the predator at t = 0.
@@ -157,18 +171,23 @@ enum Start<'a> {
     Path(&'a PrescribedPath),
 }
 
+/// The strategies that a step prepares for all their predators together.
+#[derive(Default)]
+struct Role<'a> {
+    /// Whether the predator pursues the agent that is assigned to it.
+    is_assigned: bool,
+    encircle: Option<&'a Encircle>,
+    learned: Option<&'a Learned>,
+}
+
 /// Checks all predators of a scenario.
 pub(crate) fn check(configs: &[PredatorConfig], dimension: usize) -> Result<()> {
     for (index, config) in configs.iter().enumerate() {
         config.check(index, configs.len(), dimension)?;
     }
-    let assigned = configs.iter().filter(|config| config.has_assigned_target());
-    let count = assigned.count();
-    if count > MAX_ASSIGNED {
-        let expected = format!("at most {MAX_ASSIGNED} predators with assigned targets");
-        return Err(Error::input("predators", expected, count));
-    }
-    Ok(())
+    let assigned = configs.iter().filter(|config| config.role().is_assigned);
+    let parts = "predators with assigned targets";
+    at_most("predators", parts, assigned.count(), MAX_ASSIGNED)
 }
 
 /// Returns the observations of the learned predators, with their indices.
@@ -178,11 +197,9 @@ pub(crate) fn sightings<'a, const D: usize>(
     prey: Prey<'a, D>,
 ) -> impl Iterator<Item = (usize, Sighting<D>)> {
     let all = configs.iter().enumerate();
-    all.filter_map(move |(index, config)| match config {
-        PredatorConfig::Learned(own) => {
-            Some((index, Sighting::of(index, predators, own.max_speed, prey)))
-        }
-        _ => None,
+    all.filter_map(move |(index, config)| {
+        let max_speed = config.role().learned?.max_speed;
+        Some((index, Sighting::of(index, predators, max_speed, prey)))
     })
 }
 
@@ -212,7 +229,7 @@ pub(crate) fn prepare<const D: usize>(
     prey: Prey<'_, D>,
 ) {
     for (index, config) in configs.iter().enumerate() {
-        if let PredatorConfig::Learned(own) = config {
+        if let Some(own) = config.role().learned {
             predators[index].push = own.push(index, predators, time_step, prey);
         }
     }
@@ -229,13 +246,10 @@ pub(crate) fn steer<const D: usize>(
         time_step, prey, ..
     } = surroundings;
     let all = configs.iter().zip(predators.iter_mut());
-    let assigned = all.filter(|(config, _)| config.has_assigned_target());
+    let assigned = all.filter(|(config, _)| config.role().is_assigned);
     pure_pursuit::assign_targets(assigned.map(|(_, predator)| predator), prey);
     let all = configs.iter().zip(predators.iter_mut());
-    let encircling = all.filter_map(|(config, predator)| match config {
-        PredatorConfig::Encircle(own) => Some((own, predator)),
-        _ => None,
-    });
+    let encircling = all.filter_map(|(config, own)| Some((config.role().encircle?, own)));
     encircle::assign_stations(encircling, time_step, prey);
     for (index, config) in configs.iter().enumerate() {
         config.steer(index, predators, &mut surroundings);

@@ -4,8 +4,8 @@ use nalgebra::SVector;
 use serde::{Deserialize, Serialize};
 
 use super::shared::Predator;
-use crate::base::check::{positive_quantity, vector};
-use crate::base::error::{Error, Result};
+use crate::base::check::{positive_quantity, require, vector};
+use crate::base::error::Result;
 use crate::base::vector::embed;
 
 /// Follows given positions: straight between two of them, and straight on after the last one.
@@ -21,9 +21,7 @@ pub struct PrescribedPath {
 impl PrescribedPath {
     pub(super) fn check(&self, path: &str, dimension: usize) -> Result<()> {
         let (field, count) = (format!("{path}.positions"), self.positions.len());
-        if count < 2 {
-            return Err(Error::input(field, "at least 2 positions", count));
-        }
+        require(count >= 2, &field, "at least 2 positions", count)?;
         for (k, entries) in self.positions.iter().enumerate() {
             vector(&format!("{field}[{k}]"), entries, dimension)?;
         }

@@ -4,11 +4,11 @@ use nalgebra::SVector;
 use pathfinding::prelude::{Matrix, kuhn_munkres};
 use serde::{Deserialize, Serialize};
 
-use super::shared::Limits;
-use super::shared::prey::{Prey, PreyAgent};
-use super::shared::{Predator, Surroundings};
-use crate::base::check::{not_negative, quantity};
-use crate::base::error::{Error, Result};
+use super::shared::prey::Prey;
+use super::shared::{Limits, Predator, Surroundings};
+use crate::agents::Agent;
+use crate::base::check::{not_negative, quantity, require};
+use crate::base::error::Result;
 use crate::base::exact::Scale;
 use crate::base::rng;
 
@@ -63,14 +63,10 @@ impl PurePursuit {
         self.limits().check(path, &self.velocity)?;
         quantity(&format!("{path}.confusion_rate"), self.confusion_rate)?;
         not_negative(&format!("{path}.sight"), self.sight)?;
-        if self.has_confusion() && self.target != Target::Nearest {
-            return Err(Error::input(
-                format!("{path}.confusion_rate"),
-                "0 unless the target is the nearest agent",
-                self.confusion_rate,
-            ));
-        }
-        Ok(())
+        let is_used = !self.has_confusion() || self.target == Target::Nearest;
+        let expected = "0 unless the target is the nearest agent";
+        let field = format!("{path}.confusion_rate");
+        require(is_used, &field, expected, self.confusion_rate)
     }
 
     pub(super) fn steer<const D: usize>(
@@ -108,7 +104,7 @@ impl PurePursuit {
         &self,
         own: &Predator<D>,
         surroundings: &mut Surroundings<'_, D>,
-    ) -> Option<PreyAgent<D>> {
+    ) -> Option<Agent<D>> {
         let prey = surroundings.prey;
         let visible = || prey.within(&own.position, self.sight);
         let count = visible().count();
@@ -152,15 +148,15 @@ pub(crate) const MAX_ASSIGNED: usize = 64;
 pub(crate) fn assign<const D: usize>(
     places: &[SVector<f64, D>],
     prey: Prey<'_, D>,
-) -> Vec<Option<PreyAgent<D>>> {
+) -> Vec<Option<Agent<D>>> {
     // With n predators, an optimal assignment needs only the n nearest agents of each predator.
     let nearest: Vec<_> = places
         .iter()
         .map(|r| prey.nearest_few(r, places.len()))
         .collect();
-    let mut targets: Vec<Option<PreyAgent<D>>> =
+    let mut targets: Vec<Option<Agent<D>>> =
         nearest.iter().map(|few| few.first().copied()).collect();
-    let mut candidates: Vec<PreyAgent<D>> = nearest.into_iter().flatten().collect();
+    let mut candidates: Vec<Agent<D>> = nearest.into_iter().flatten().collect();
     candidates.sort_unstable_by_key(|candidate| candidate.id);
     candidates.dedup_by_key(|candidate| candidate.id);
 

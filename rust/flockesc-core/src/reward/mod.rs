@@ -4,25 +4,15 @@ mod objective;
 mod step;
 
 use serde::{Deserialize, Serialize};
-use strum::VariantArray as _;
+use strum::{IntoStaticStr, VariantArray, VariantNames};
 
 pub use objective::Objective;
 pub(crate) use step::{ActionContext, StepContext};
 
 /// The reward term of an episode. Team terms give every agent the same reward.
-#[derive(
-    Debug,
-    Clone,
-    Copy,
-    PartialEq,
-    Eq,
-    Serialize,
-    Deserialize,
-    strum::VariantNames,
-    strum::VariantArray,
-    strum::IntoStaticStr,
-)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
+#[derive(VariantNames, VariantArray, IntoStaticStr)]
 #[strum(serialize_all = "snake_case")]
 pub enum Reward {
     /// m_t - m_(t-1), where m is the running minimum of the objective. Sums to J - m_0 exactly.
@@ -61,7 +51,7 @@ impl Reward {
 
     /// Returns the names of the team terms.
     pub(crate) fn team_kinds() -> Vec<&'static str> {
-        let team = Self::VARIANTS
+        let team = <Self as VariantArray>::VARIANTS
             .iter()
             .filter(|reward| !reward.is_individual());
         team.map(|reward| reward.into()).collect()

@@ -90,7 +90,7 @@ impl Inner {
             change(py, batch, visits, move |batch, progress| {
                 let slots: Vec<usize> = resets.iter().map(|reset| reset.slot).collect();
                 batch.reset_many(resets, progress)?;
-                let rows = batch.observe(&slots, Observed::OwnView, progress)?;
+                let rows = batch.observe(&slots, Observed::Own, progress)?;
                 let measure = |episode: &Episode<_>| Measured::of(episode, count_components);
                 Ok((rows, batch.measure(&slots, progress, measure)?))
             })

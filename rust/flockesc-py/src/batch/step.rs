@@ -1,6 +1,5 @@
 //! Steps of a batch.
 
-use flockesc_core::Error;
 use flockesc_core::bindings::AtEnd;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
@@ -8,7 +7,7 @@ use pyo3::prelude::*;
 use super::FlockBatch;
 use super::inner::{Inner, on_batch};
 use crate::arrays::vector;
-use crate::errors::{CoreError, try_borrow, try_borrow_mut};
+use crate::errors::{CoreError, named, try_borrow, try_borrow_mut};
 use crate::info::Measured;
 
 /// Output arrays for observations and rewards.
@@ -30,15 +29,7 @@ pub(super) fn step(
     at_end: &str,
     predator_actions: Option<Bound<'_, PyAny>>,
 ) -> PyResult<Stepped> {
-    let at_end = match at_end {
-        "refuse" => AtEnd::Refuse,
-        "restart" => AtEnd::Restart,
-        "stay" => AtEnd::Stay,
-        other => {
-            let error = Error::input("at_end", "refuse, restart or stay", other);
-            return Err(CoreError::from(error).into());
-        }
-    };
+    let at_end = named("at_end", at_end)?;
     let ranges = ranges.to_vec(); // the caller may change its array during the call
     let predator_actions = predator_actions_of(slf, predator_actions, at_end)?;
     let this = &mut *try_borrow_mut(slf)?;

@@ -147,18 +147,18 @@ impl Checked {
         row_length: usize,
     ) -> Self {
         let (n, neighbors) = (scenario.num_agents, scenario.neighbor_options());
-        let visits = if config.reward.repeats_actions() {
+        let visits_per_step = if config.reward.repeats_actions() {
             n
         } else {
             neighbors.work_per_agent(n, config.max_range)
         };
         let steps = config.steps_per_action.min(scenario.num_steps);
-        let work = n.saturating_mul(visits).saturating_mul(steps);
+        let work = n.saturating_mul(visits_per_step).saturating_mul(steps);
         let ranges = config.profile_ranges.iter();
-        let visits = ranges.fold(1, |visits: usize, range| {
+        let observed = ranges.fold(1, |visits: usize, range| {
             visits.saturating_add(CANDIDATE_COST * neighbors.work_per_agent(n, *range))
         });
-        let observation_work = n.saturating_mul(visits);
+        let observation_work = n.saturating_mul(observed);
         let row_bytes = 2 * size_of::<f64>() + row_length * size_of::<f32>();
         let arrays = ARRAYS * config.view.rows(scenario) * row_bytes;
         Self {

@@ -61,7 +61,7 @@ impl<const D: usize> Batch<D> {
             if let Some(episode) = reset.episode {
                 new.schedule.next = episode;
             }
-            new.check_next()?;
+            new.draw_next()?;
             new_slots.insert(reset.slot, (new, reset.start));
         }
         // The old flocks stay until the new ones are complete.
@@ -69,8 +69,7 @@ impl<const D: usize> Batch<D> {
         let pool = self.pool(new_slots.len())?;
         let started = dispatch(pool, new_slots.values_mut(), |(slot, start)| {
             progress.check()?;
-            slot.start(&self.config, start);
-            Ok(())
+            slot.start(&self.config, start)
         });
         started.into_iter().collect::<Result<()>>()?;
         for (index, (slot, _)) in new_slots {

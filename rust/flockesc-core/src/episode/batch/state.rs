@@ -40,7 +40,7 @@ impl<const D: usize> Batch<D> {
             .into_iter()
             .zip(slots)
             .map(|(state, slot)| self.slots[*slot].restored(state, &self.config))
-            .collect::<Vec<_>>();
+            .collect::<Result<Vec<_>>>()?;
         if let [only] = restored.as_slice() {
             restored = vec![only.clone(); slots.len()];
         }
@@ -143,7 +143,7 @@ mod tests {
         let error = running.restore(&[0], &bytes).expect_err("another version");
         assert_eq!(
             error.to_string(),
-            "state: expected version 5, got version 6"
+            "state: expected version 6, got version 7"
         );
     }
 }

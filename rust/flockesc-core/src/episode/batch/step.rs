@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use strum::{EnumString, VariantNames};
+
 use super::{Batch, check_length};
 use crate::base::error::{Error, Result};
 use crate::base::memory;
@@ -11,7 +13,8 @@ use crate::flock::{InitialState, check_predator_actions, check_ranges};
 use crate::parallel::{Progress, dispatch};
 
 /// How a step treats a slot whose episode has ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, EnumString, VariantNames)]
+#[strum(serialize_all = "snake_case")]
 pub enum AtEnd {
     /// The step returns an error.
     Refuse,
@@ -93,7 +96,7 @@ impl<const D: usize> Batch<D> {
             let slot = Arc::make_mut(slot);
             let has_advanced = slot.advance(ranges, predator_actions, rewards, progress)?;
             if !has_advanced && at_end == AtEnd::Restart {
-                slot.start(config, &InitialState::default());
+                slot.start(config, &InitialState::default())?;
             }
             let Some(episode) = &slot.episode else {
                 return Ok(None);
@@ -121,7 +124,7 @@ impl<const D: usize> Batch<D> {
         if at_end == AtEnd::Restart {
             let has_ended = |slot: &Slot<D>| slot.episode.as_ref().is_some_and(Episode::has_ended);
             let ended = (0..self.num_flocks()).filter(|&slot| has_ended(&self.slots[slot]));
-            self.check_next(ended.collect())?;
+            self.draw_next(ended.collect())?;
         }
         let mut num_pairs = 0;
         for (slot, ranges) in ranges.chunks_exact(self.rows()).enumerate() {
@@ -132,16 +135,16 @@ impl<const D: usize> Batch<D> {
         memory::probe::<Frozen>("interaction_range", num_pairs)
     }
 
-    /// Checks the scenarios that the next episodes of `slots` draw, so that their reset after a step does not fail.
+    /// Draws the scenarios of the next episodes of `slots`, so that their reset after a step does not fail.
     ///
     /// # Errors
     /// [`Error::Input`] if a drawn number is out of bounds.
     #[doc(hidden)]
-    pub fn check_next(&mut self, slots: Vec<usize>) -> Result<()> {
+    pub fn draw_next(&mut self, slots: Vec<usize>) -> Result<()> {
         for slot in slots {
             let slot = &mut self.slots[slot];
             if !slot.scenario.randomization.is_empty() {
-                Arc::make_mut(slot).check_next()?;
+                Arc::make_mut(slot).draw_next()?;
             }
         }
         Ok(())

@@ -165,7 +165,7 @@ fn slots_restart_at_their_own_horizon() {
                     numbers[slot] += 1;
                     let start = InitialState::seeded(episode_seed(slot as u64, numbers[slot]));
                     single.reset(0, &start).expect("a slot");
-                    let observed = single.observe(&[0], Observed::OwnView, &progress);
+                    let observed = single.observe(&[0], Observed::Own, &progress);
                     observation = observed.expect("a slot");
                     reward.fill(0.0);
                 } else {

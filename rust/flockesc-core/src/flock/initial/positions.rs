@@ -6,8 +6,8 @@ use serde::{Deserialize, Serialize};
 use strum::{AsRefStr, VariantNames};
 
 use super::space::{Space, repeat};
-use crate::base::check::{MAX_AGENTS, positive_quantity, quantity, within};
-use crate::base::error::{Error, Result};
+use crate::base::check::{MAX_AGENTS, positive_quantity, quantity, require, within};
+use crate::base::error::Result;
 use crate::base::rng;
 use crate::base::vector::embed;
 
@@ -67,11 +67,9 @@ impl InitialPositions {
             Self::Disc { radius } => positive_quantity(&path("radius"), *radius),
             Self::Ring { radius, width } => {
                 positive_quantity(&path("radius"), *radius)?;
-                if (0.0..=2.0).contains(&(width / radius)) {
-                    return Ok(());
-                }
+                let is_ring = (0.0..=2.0).contains(&(width / radius));
                 let expected = "a number from 0 to twice the radius";
-                Err(Error::input(path("width"), expected, width))
+                require(is_ring, &path("width"), expected, width)
             }
             Self::Segment { start, end } => {
                 space.check(&path("start"), start)?;

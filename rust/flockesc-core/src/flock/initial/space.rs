@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 use rand_chacha::ChaCha8Rng;
 
-use crate::base::check::vector;
+use crate::base::check::{length, require, vector};
 use crate::base::error::{Error, Result};
 use crate::base::rng;
 use crate::base::vector::{SHORTEST, embed};
@@ -40,23 +40,14 @@ impl Space {
             }
         };
         vector(field, entries, expected)?;
-        match entries.get(self.axes) {
-            Some(&above) if above != 0.0 => Err(Error::input(
-                format!("{field}[{}]", self.axes),
-                "0 if initial_plane is true",
-                above,
-            )),
-            _ => Ok(()),
-        }
+        let above = entries.get(self.axes).copied().unwrap_or(0.0);
+        let field = format!("{field}[{}]", self.axes);
+        require(above == 0.0, &field, "0 if initial_plane is true", above)
     }
 
     /// Checks that there are `count` vectors, each as [`Self::check`] does.
     pub(super) fn check_each(&self, field: &str, vectors: &[Vec<f64>], count: usize) -> Result<()> {
-        if vectors.len() != count {
-            let expected = format!("{count} entries, one per agent");
-            let given = format!("{} entries", vectors.len());
-            return Err(Error::input(field, expected, given));
-        }
+        length(field, vectors.len(), count, "entries", ", one per agent")?;
         let mut places = vectors.iter().enumerate();
         places.try_for_each(|(k, vector)| self.check(&format!("{field}[{k}]"), vector))
     }
@@ -65,11 +56,8 @@ impl Space {
     pub(super) fn check_direction(&self, field: &str, entries: &[f64]) -> Result<()> {
         self.check(field, entries)?;
         let norm = embed::<3>(entries).norm();
-        if norm > SHORTEST {
-            return Ok(());
-        }
         let expected = format!("a vector longer than {SHORTEST:?}");
-        Err(Error::input(field, expected, norm))
+        require(norm > SHORTEST, field, &expected, norm)
     }
 
     fn along_axes<const D: usize>(&self, mut entry: impl FnMut() -> f64) -> SVector<f64, D> {

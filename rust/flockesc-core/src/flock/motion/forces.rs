@@ -55,32 +55,47 @@ pub(super) fn consensus_force<const D: usize>(
     force
 }
 
-/// Adds the escape force s (r_i - r_p) / ||r_i - r_p|| to agents with a `distance` to the predator above 0
-/// and up to `range`, the predator range rho_p in m. If it `decays`, it is divided by the distance.
-#[inline(always)]
-pub(super) fn add_escape_force<const D: usize>(
+/// The escape force s (r_i - r_p) / ||r_i - r_p|| (step 2).
+pub(super) struct EscapeForce {
+    /// The predator range rho_p in m.
     range: f64,
-    columns: &ParameterColumns,
-    group: &Group<D>,
-    predator: &[f64; D],
-    distance: &Column<f64>,
+    /// Whether the force is divided by the distance.
     decays: bool,
-    force: &mut Force<D>,
-) {
-    for lane in 0..GROUP {
-        let is_felt = distance[lane] <= range && distance[lane] > SHORTEST;
-        let factor = if is_felt {
-            columns.repulsion[lane] / distance[lane]
-        } else {
-            0.0
-        };
-        let factor = if decays && is_felt {
-            factor / distance[lane]
-        } else {
-            factor
-        };
-        for axis in 0..D {
-            force[axis][lane] += (group.position[axis][lane] - predator[axis]) * factor;
+}
+
+impl EscapeForce {
+    pub(super) fn of(config: &FlockConfig) -> Self {
+        Self {
+            range: config.predator_range,
+            decays: config.motion.needs().decaying_escape,
+        }
+    }
+
+    /// Adds the force from a predator to agents with a `distance` to it above 0 and up to the range.
+    #[inline(always)]
+    pub(super) fn add<const D: usize>(
+        &self,
+        columns: &ParameterColumns,
+        group: &Group<D>,
+        predator: &[f64; D],
+        distance: &Column<f64>,
+        force: &mut Force<D>,
+    ) {
+        for lane in 0..GROUP {
+            let is_felt = distance[lane] <= self.range && distance[lane] > SHORTEST;
+            let factor = if is_felt {
+                columns.repulsion[lane] / distance[lane]
+            } else {
+                0.0
+            };
+            let factor = if self.decays && is_felt {
+                factor / distance[lane]
+            } else {
+                factor
+            };
+            for axis in 0..D {
+                force[axis][lane] += (group.position[axis][lane] - predator[axis]) * factor;
+            }
         }
     }
 }

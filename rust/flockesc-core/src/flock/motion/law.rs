@@ -6,8 +6,8 @@ use strum::{AsRefStr, VariantNames};
 use super::forces::{Force, Neighbors, ParameterColumns};
 use super::inertial;
 use crate::agents::Group;
-use crate::base::check::{not_negative, positive_quantity, quantity};
-use crate::base::error::{Error, Result};
+use crate::base::check::{not_negative, positive_quantity, quantity, require};
+use crate::base::error::Result;
 use crate::flock::scenario::FlockConfig;
 use crate::neighbor::OffsetBuffers;
 
@@ -30,39 +30,52 @@ pub enum Motion {
     FirstOrder(FirstOrder),
 }
 
+/// What a law of motion needs from a step.
+pub(crate) struct Needs {
+    /// Forces between pairs of neighbors.
+    pub(crate) pairs: bool,
+    /// The numbers of neighbors.
+    pub(crate) counts: bool,
+    /// An escape force that falls with the distance.
+    pub(crate) decaying_escape: bool,
+}
+
 impl Motion {
     /// Checks the law's parameters, and fields of the scenario that it cannot use.
     pub(crate) fn check(&self, constant_speed: bool, sensing_noise: f64) -> Result<()> {
-        if matches!(self, Self::Vicsek {} | Self::Zones(_)) && !constant_speed {
+        let needs_constant_speed = || {
             let expected = format!("true if motion is {}", self.as_ref());
-            return Err(Error::input("constant_speed", expected, constant_speed));
-        }
-        if matches!(self, Self::Zones(_)) && sensing_noise > 0.0 {
-            let expected = "0 if motion is zones";
-            return Err(Error::input("sensing_noise", expected, sensing_noise));
-        }
+            require(constant_speed, "constant_speed", &expected, constant_speed)
+        };
         match self {
-            Self::Inertial {} | Self::Vicsek {} => Ok(()),
+            Self::Inertial {} => Ok(()),
+            Self::Vicsek {} => needs_constant_speed(),
             Self::Reynolds(law) => law.check(),
             Self::PreferredDistance(law) => law.check(),
-            Self::Zones(law) => law.check(),
+            Self::Zones(law) => {
+                needs_constant_speed()?;
+                let (is_exact, expected) = (sensing_noise <= 0.0, "0 if motion is zones");
+                require(is_exact, "sensing_noise", expected, sensing_noise)?;
+                law.check()
+            }
             Self::FirstOrder(law) => law.check(),
         }
     }
 
-    /// Returns whether the law has forces between pairs of neighbors.
-    pub(crate) fn needs_pairs(&self) -> bool {
-        !matches!(self, Self::Inertial {} | Self::Vicsek {})
-    }
-
-    /// Returns whether the law needs the numbers of neighbors.
-    pub(crate) fn needs_counts(&self) -> bool {
-        matches!(self, Self::PreferredDistance(_))
-    }
-
-    /// Returns whether the escape force falls with the distance.
-    pub(super) fn has_decaying_escape(&self) -> bool {
-        matches!(self, Self::FirstOrder(_))
+    /// Returns what the law needs from a step.
+    pub(crate) fn needs(&self) -> Needs {
+        let (mut pairs, mut counts, mut decaying_escape) = (true, false, false);
+        match self {
+            Self::Inertial {} | Self::Vicsek {} => pairs = false,
+            Self::Reynolds(_) | Self::Zones(_) => {}
+            Self::PreferredDistance(_) => counts = true,
+            Self::FirstOrder(_) => decaying_escape = true,
+        }
+        Needs {
+            pairs,
+            counts,
+            decaying_escape,
+        }
     }
 
     /// Adds the forces between pairs of neighbors to the agents of a group.

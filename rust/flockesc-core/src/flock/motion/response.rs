@@ -8,11 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use super::forces::{Force, Neighbors, ParameterColumns, consensus_force};
 use crate::agents::{Agents, GROUP};
-use crate::base::exact::Scale;
 use crate::base::rng::{self, Stream};
 use crate::base::vector::{heading, side_of, turn, unit};
 use crate::flock::scenario::FlockConfig;
-use crate::neighbor::{NeighborSums, Neighborhood, OffsetBuffers};
+use crate::neighbor::{Neighborhood, OffsetBuffers};
 use crate::parallel;
 
 /// The neighbor forces of one step, with random streams and delayed forces.
@@ -46,14 +45,14 @@ impl<const D: usize> Response<D> {
 
     pub(crate) fn save(&self) -> ResponseState<D> {
         ResponseState {
-            stream_position: self.noise.stream_position(),
+            stream_position: self.noise.rng.get_word_pos(),
             past: self.past.clone(),
         }
     }
 
     pub(crate) fn restore(state: ResponseState<D>, seed: u64) -> Self {
         let mut response = Self::new(seed);
-        response.noise.set_stream_position(state.stream_position);
+        response.noise.rng.set_word_pos(state.stream_position);
         response.past = state.past;
         response
     }
@@ -67,13 +66,14 @@ impl<const D: usize> Response<D> {
         neighborhood: &mut Neighborhood<D>,
         extra: &[f64],
     ) -> Option<&[Force<D>]> {
+        // Before the early return, because angular noise is drawn under the plain law too.
         self.noise.draw(config);
         let is_plain = config.sensing_noise <= 0.0 && config.sensing_delay == 0 && extra.is_empty();
-        if is_plain && !config.motion.needs_pairs() {
+        if is_plain && !config.motion.needs().pairs {
             return None;
         }
         self.consensus(config, agents, neighborhood);
-        if config.motion.needs_pairs() {
+        if config.motion.needs().pairs {
             self.add_pair_forces(config, agents, neighborhood);
         }
         if config.sensing_delay > 0 {
@@ -103,7 +103,16 @@ impl<const D: usize> Response<D> {
             columns.load(config, ids);
             let mut force = consensus_force(&columns, sums);
             if config.sensing_noise > 0.0 {
-                self.add_sensing_noise(config, &columns, ids, sums, unit, &mut force);
+                // Replaces the forces by the ones that follow from mean velocities with errors.
+                for (lane, &id) in ids.iter().enumerate() {
+                    let mean = |axis: usize, _| unit.mean(sums.sum[axis][lane], sums.count[lane]);
+                    let mean = SVector::from_fn(mean);
+                    let sensed = self.noise.sensed(config, id as usize, mean);
+                    let aim = heading(&sensed) * columns.alignment[lane];
+                    for axis in 0..D {
+                        force[axis][lane] = aim[axis];
+                    }
+                }
             }
             self.forces.push(force);
         }
@@ -131,30 +140,10 @@ impl<const D: usize> Response<D> {
         });
     }
 
-    /// Replaces consensus forces by the ones that follow from mean velocities with sensing noise.
-    fn add_sensing_noise(
-        &self,
-        config: &FlockConfig,
-        columns: &ParameterColumns,
-        ids: &[u32],
-        sums: &NeighborSums<D>,
-        unit: Scale,
-        force: &mut Force<D>,
-    ) {
-        for (lane, &id) in ids.iter().enumerate() {
-            let mean = |axis: usize, _| unit.mean(sums.sum[axis][lane], sums.count[lane]);
-            let mean = SVector::from_fn(mean);
-            let sensed = self.noise.sensed(config, id as usize, mean);
-            let aim = heading(&sensed) * columns.alignment[lane];
-            for axis in 0..D {
-                force[axis][lane] = aim[axis];
-            }
-        }
-    }
-
     /// Stores the forces and replaces them by the forces of `sensing_delay` steps ago. The first steps use
     /// the forces of t = 0.
     fn delay(&mut self, config: &FlockConfig, ids: &[u32]) {
+        // NOTE: The first steps keep the forces of t = 0 at the front; later the oldest ones make room for the latest.
         let recycled = if self.past.len() > config.sensing_delay {
             self.past.pop_front()
         } else {
@@ -178,13 +167,29 @@ impl<const D: usize> Response<D> {
 
     /// Turns every heading by its angular noise.
     pub(crate) fn apply_angular_noise(&self, agents: &mut Agents<D>) {
-        self.noise.turn(agents);
+        let turns = &self.noise.turns;
+        if turns.is_empty() {
+            return;
+        }
+        let (groups, ids) = agents.groups_and_ids();
+        for (place, &id) in ids.iter().enumerate() {
+            let (group, lane) = (&mut groups[place / GROUP], place % GROUP);
+            let velocity = SVector::<f64, D>::from_fn(|axis, _| group.velocity[axis][lane]);
+            let ahead = heading(&velocity);
+            let (angle, toward) = &turns[id as usize];
+            if let Some(side) = across(&ahead, toward) {
+                let turned = turn(&ahead, &side, *angle) * group.speed[lane];
+                for axis in 0..D {
+                    group.velocity[axis][lane] = turned[axis];
+                }
+            }
+        }
     }
 }
 
 /// The random errors of one step, by id. They are drawn only if the scenario has noise.
 #[derive(Debug, Clone)]
-pub(super) struct Noise<const D: usize> {
+struct Noise<const D: usize> {
     rng: ChaCha8Rng,
     /// Unit vectors xi_i of the sensing noise.
     sensing: Vec<SVector<f64, D>>,
@@ -193,7 +198,7 @@ pub(super) struct Noise<const D: usize> {
 }
 
 impl<const D: usize> Noise<D> {
-    pub(super) fn new(seed: u64) -> Self {
+    fn new(seed: u64) -> Self {
         Self {
             rng: rng::stream(seed, Stream::Motion),
             sensing: Vec::new(),
@@ -201,18 +206,8 @@ impl<const D: usize> Noise<D> {
         }
     }
 
-    /// Returns the position in the random stream.
-    pub(super) fn stream_position(&self) -> u128 {
-        self.rng.get_word_pos()
-    }
-
-    /// Sets the position in the random stream.
-    pub(super) fn set_stream_position(&mut self, position: u128) {
-        self.rng.set_word_pos(position);
-    }
-
     /// Draws the errors of the next step in the order of ids.
-    pub(super) fn draw(&mut self, config: &FlockConfig) {
+    fn draw(&mut self, config: &FlockConfig) {
         self.sensing.clear();
         self.turns.clear();
         let (rng, eta) = (&mut self.rng, config.angular_noise);
@@ -233,35 +228,10 @@ impl<const D: usize> Noise<D> {
     }
 
     /// Returns the neighbors' mean velocity in m/s with the sensing error of agent `id`.
-    pub(super) fn sensed(
-        &self,
-        config: &FlockConfig,
-        id: usize,
-        mean: SVector<f64, D>,
-    ) -> SVector<f64, D> {
+    fn sensed(&self, config: &FlockConfig, id: usize, mean: SVector<f64, D>) -> SVector<f64, D> {
         self.sensing.get(id).map_or(mean, |error| {
             mean + error * (config.sensing_noise * config.speed.of(id))
         })
-    }
-
-    /// Turns every heading by its error.
-    pub(super) fn turn(&self, agents: &mut Agents<D>) {
-        if self.turns.is_empty() {
-            return;
-        }
-        let (groups, ids) = agents.groups_and_ids();
-        for (place, &id) in ids.iter().enumerate() {
-            let (group, lane) = (&mut groups[place / GROUP], place % GROUP);
-            let velocity = SVector::<f64, D>::from_fn(|axis, _| group.velocity[axis][lane]);
-            let ahead = heading(&velocity);
-            let (angle, toward) = &self.turns[id as usize];
-            if let Some(side) = across(&ahead, toward) {
-                let turned = turn(&ahead, &side, *angle) * group.speed[lane];
-                for axis in 0..D {
-                    group.velocity[axis][lane] = turned[axis];
-                }
-            }
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use multiversion::multiversion;
 
-use super::forces::{Force, ParameterColumns, add_escape_force, consensus_force};
+use super::forces::{EscapeForce, Force, ParameterColumns, consensus_force};
 use crate::agents::{GROUP, Group};
 use crate::flock::metrics::distances;
 use crate::flock::scenario::FlockConfig;
@@ -25,8 +25,7 @@ pub(crate) fn advance<const D: usize>(
     sums: &mut [NeighborSums<D>],
     forces: Option<&[Force<D>]>,
 ) {
-    let range = config.predator_range;
-    let decays = config.motion.has_decaying_escape();
+    let escape = EscapeForce::of(config);
     let mut columns = ParameterColumns::of_first(config);
     let agents = groups.iter_mut().zip(sums).zip(ids.chunks(GROUP));
     for (index, ((group, sums), ids)) in agents.enumerate() {
@@ -37,16 +36,11 @@ pub(crate) fn advance<const D: usize>(
         };
         match predators.before {
             // With one predator, the stored distance to the nearest predator can be used.
-            [only] => {
-                let distance = &group.distance;
-                add_escape_force(range, &columns, group, only, distance, decays, &mut force);
-            }
+            [only] => escape.add(&columns, group, only, &group.distance, &mut force),
             many => {
                 for predator in many {
                     let distance = &distances(&group.position, &[*predator]);
-                    add_escape_force(
-                        range, &columns, group, predator, distance, decays, &mut force,
-                    );
+                    escape.add(&columns, group, predator, distance, &mut force);
                 }
             }
         }

@@ -29,7 +29,7 @@ impl Zones {
             if distance <= self.repulsion_radius {
                 unit(&-offset).map(|away| (AWAY, away.into()))
             } else if distance <= self.orientation_radius {
-                unit(&neighbors.agents.at(place).2).map(|heading| (ALONG, heading.into()))
+                unit(&neighbors.agents.agent(place).velocity).map(|heading| (ALONG, heading.into()))
             } else {
                 unit(&offset).map(|toward| (ALONG, toward.into()))
             }

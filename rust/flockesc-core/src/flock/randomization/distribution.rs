@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use strum::{AsRefStr, VariantNames};
 
-use crate::base::check::{finite, not_negative, positive};
-use crate::base::error::{Error, Result};
+use crate::base::check::{finite, not_negative, positive, require};
+use crate::base::error::Result;
 use crate::base::rng;
 
 /// The distribution of a number of the scenario, or of the start of a predator. `field` is the path of the number,
@@ -88,9 +88,7 @@ impl Distribution {
             }
             Self::Choice { values, .. } => {
                 let field = format!("{path}.values");
-                if values.is_empty() {
-                    return Err(Error::input(field, "at least one number", "none"));
-                }
+                require(!values.is_empty(), &field, "at least one number", "none")?;
                 let mut values = values.iter().enumerate();
                 values.try_for_each(|(k, &value)| finite(&format!("{field}[{k}]"), value))
             }
@@ -163,9 +161,6 @@ fn check_interval(path: &str, low: f64, high: f64) -> Result<()> {
     finite(&format!("{path}.low"), low)?;
     let field = format!("{path}.high");
     finite(&field, high)?;
-    if low <= high {
-        return Ok(());
-    }
     let expected = format!("a number of at least low = {low:?}");
-    Err(Error::input(field, expected, high))
+    require(low <= high, &field, &expected, high)
 }

@@ -16,9 +16,9 @@ pub use distribution::Distribution;
 /// Fields that cannot be randomized: the length scale of observations and the time step.
 const FIXED: [&str; 2] = ["initial_side", "time_step"];
 
-/// Checks the parameters and the numbers of every distribution. [`FlockConfig::check_draw`] checks what they draw.
+/// Checks the parameters and the numbers of every distribution. [`FlockConfig::drawn`] checks what they draw.
 ///
-/// [`FlockConfig::check_draw`]: crate::FlockConfig::check_draw
+/// [`FlockConfig::drawn`]: crate::FlockConfig::drawn
 ///
 /// # Errors
 /// [`Error::Input`] if a parameter is out of bounds, or if a distribution does not name real numbers or names one
@@ -26,7 +26,8 @@ const FIXED: [&str; 2] = ["initial_side", "time_step"];
 pub(crate) fn check(distributions: &[Distribution], mut scenario: Value) -> Result<()> {
     let mut fields = BTreeSet::new();
     for (index, distribution) in distributions.iter().enumerate() {
-        let (path, numbers) = (path(index, distribution), distribution.fields(&scenario));
+        let path = format!("randomization[{index}].{}", distribution.as_ref());
+        let numbers = distribution.fields(&scenario);
         distribution.check(&path)?;
         let mut is_free = |field: &String| {
             let is_real = number_at(&mut scenario, field).is_some_and(|value| value.is_f64());
@@ -52,11 +53,6 @@ pub(crate) fn check(distributions: &[Distribution], mut scenario: Value) -> Resu
         }
     }
     Ok(())
-}
-
-/// Returns the path of a distribution in the scenario.
-fn path(index: usize, distribution: &Distribution) -> String {
-    format!("randomization[{index}].{}", distribution.as_ref())
 }
 
 /// Draws the randomized numbers of the episode with this seed and writes them to the scenario.

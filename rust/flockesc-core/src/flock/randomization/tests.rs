@@ -27,19 +27,19 @@ fn a_seed_draws_the_same_numbers() {
         {"choice": {"field": "predators[0].constant_velocity.position[1]", "values": [-30.0, 0.0, 30.0]}},
     ]))
     .expect("it is good");
-    let drawn = config.drawn(0);
+    let drawn = config.drawn(0).expect("a good draw");
     let predator = format!("{:?}", drawn.predators);
     assert_eq!(drawn.predator_range, 23.105478078486367);
     assert_eq!(drawn.mass.of(0), 0.06568521508434387);
     assert!(predator.contains("[-30.0, -30.0]"), "{predator}");
-    assert_eq!(drawn.drawn(1), drawn);
+    assert_eq!(drawn.drawn(1), Ok(drawn.clone()));
     let approach = json!({"predator": 0, "distance": 100.0, "low": 10.0, "high": 20.0});
     let config = scenario(json!([{"random_approach": approach}])).expect("it is good");
-    let predator = format!("{:?}", config.drawn(0).predators);
+    let predator = format!("{:?}", config.drawn(0).expect("a good draw").predators);
     let expected = "position: [-15.192533633347587, -52.03094248625163], \
                     velocity: [8.65485196418211, 12.782492738138505]";
     assert!(predator.contains(expected), "{predator}");
-    assert_ne!(config.drawn(1).mass, drawn.mass);
+    assert_ne!(config.drawn(1).expect("a good draw").mass, drawn.mass);
 }
 
 #[test]
@@ -50,7 +50,8 @@ fn draws_have_their_distribution() {
         {"choice": {"field": "repulsion_strength", "values": [1.0, 2.0, 4.0]}},
     ]))
     .expect("it is good");
-    let drawn: Vec<_> = (0..3000).map(|seed| config.drawn(seed)).collect();
+    let drawn: Result<Vec<_>> = (0..3000).map(|seed| config.drawn(seed)).collect();
+    let drawn = drawn.expect("good draws");
     let share = |holds: &dyn Fn(&FlockConfig) -> bool| {
         drawn.iter().filter(|config| holds(config)).count() as f64 / 3000.0
     };
@@ -68,7 +69,11 @@ fn draws_have_their_distribution() {
 #[test]
 fn equal_ends_are_drawn_exactly() {
     let config = scenario(json!([uniform("speed", 0.1, 0.1)])).expect("it is good");
-    assert!((0..100).all(|seed| config.drawn(seed).speed.of(0) == 0.1));
+    assert!((0..100).all(|seed| {
+        config
+            .drawn(seed)
+            .is_ok_and(|drawn| drawn.speed.of(0) == 0.1)
+    }));
 }
 
 #[test]
@@ -129,7 +134,7 @@ fn draws_out_of_bounds_are_rejected_by_field() {
         {"choice": {"field": "initial_positions.ring.width", "values": [0.0, 80.0]}},
     ]))
     .expect("the distributions are good");
-    let checks: Vec<_> = (0..100).map(|seed| config.check_draw(seed)).collect();
+    let checks: Vec<_> = (0..100).map(|seed| config.drawn(seed)).collect();
     let accepted = checks.iter().filter(|check| check.is_ok()).count();
     assert!((60..90).contains(&accepted), "{accepted}");
     for (seed, error) in checks.into_iter().enumerate() {

@@ -126,6 +126,8 @@ impl Candidates {
         group: usize,
         squared: &Column<f64>,
     ) {
+        // PERF: What a whole group does not reach is skipped for its eight leaves, and what all of it reaches is listed
+        // once. Each leaf then searches only the groups in between.
         let Search { agents, tree, .. } = search;
         let ids = agents.ids_of(group);
         let leaves = &tree.levels[0][group];
@@ -266,6 +268,7 @@ impl<const D: usize> Search<'_, D> {
         if self.margin > 0.0 {
             reach.widen(self.margin);
         }
+        // With a blind sector an agent within reach may be out of view, so that nothing is added as a whole.
         reach.may_enclose &= !self.is_each;
         reach
     }

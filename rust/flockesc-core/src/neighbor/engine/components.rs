@@ -6,7 +6,7 @@ use crate::agents::{Agents, GROUP, LEAF};
 use crate::neighbor::engine::pairs::{Choice, Pairs};
 
 /// Weakly connected components: a disjoint-set forest of places.
-pub(in crate::neighbor) struct Components {
+pub(crate) struct Components {
     parents: Vec<u32>,
     count: usize,
     /// Whether all agents of a leaf are known to be in one component.
@@ -15,7 +15,7 @@ pub(in crate::neighbor) struct Components {
 
 impl Components {
     /// Returns the components of a graph.
-    pub(in crate::neighbor) fn of<const D: usize>(pairs: &Pairs<'_, D>) -> Self {
+    pub(crate) fn of<const D: usize>(pairs: &Pairs<'_, D>) -> Self {
         let num_agents = pairs.agents.len();
         let mut components = Self {
             parents: (0..num_agents as u32).collect(),
@@ -39,12 +39,12 @@ impl Components {
     }
 
     /// Returns the number of components.
-    pub(in crate::neighbor) fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.count
     }
 
     /// Returns the label of every agent's component in the order of ids. A label is the lowest id in the component.
-    pub(in crate::neighbor) fn labels<const D: usize>(mut self, agents: &Agents<D>) -> Vec<u32> {
+    pub(crate) fn labels<const D: usize>(mut self, agents: &Agents<D>) -> Vec<u32> {
         let mut lowest = vec![u32::MAX; agents.len()];
         for (place, &id) in agents.ids().iter().enumerate() {
             let root = self.find(place);

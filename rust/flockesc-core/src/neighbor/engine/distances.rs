@@ -8,36 +8,30 @@ use crate::neighbor::engine::reach::bits;
 
 /// The agents, their world and their field of view.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::neighbor) struct Distances<'a, const D: usize> {
-    pub(in crate::neighbor) agents: &'a Agents<D>,
-    pub(in crate::neighbor) field_of_view: FieldOfView,
-    pub(in crate::neighbor) torus: Torus,
+pub(crate) struct Distances<'a, const D: usize> {
+    pub(crate) agents: &'a Agents<D>,
+    pub(crate) field_of_view: FieldOfView,
+    pub(crate) torus: Torus,
 }
 
 impl<const D: usize> Distances<'_, D> {
     /// Returns the offset in m from the agent at place `from` to the agent at place `to`.
     #[inline(always)]
-    pub(in crate::neighbor) fn offset(&self, from: usize, to: usize) -> [f64; D] {
+    pub(crate) fn offset(&self, from: usize, to: usize) -> [f64; D] {
         let (from, to) = (self.agents.position(from), self.agents.position(to));
         std::array::from_fn(|axis| self.torus.offset(Scalar::new(), from[axis], to[axis]))
     }
 
     /// Returns the squared distance in m^2 from the agent at place `from` to the agent at place `to`. It is infinite if
     /// `from` does not see `to`.
-    pub(in crate::neighbor) fn squared(&self, from: usize, to: usize) -> f64 {
+    pub(crate) fn squared(&self, from: usize, to: usize) -> f64 {
         self.squared_to_register(Scalar::new(), from, to)
     }
 
     /// Returns one bit per agent of a leaf: whether it is in view of the agent at place `from`, within the squared
     /// distance `limit` in m^2.
     #[inline(always)]
-    pub(in crate::neighbor) fn near<S: Simd>(
-        &self,
-        simd: S,
-        from: usize,
-        leaf: usize,
-        limit: f64,
-    ) -> u8 {
+    pub(crate) fn near<S: Simd>(&self, simd: S, from: usize, leaf: usize, limit: f64) -> u8 {
         let mut near = 0;
         for first in (0..LEAF).step_by(S::F64_LANES) {
             let squared = self.squared_to_register(simd, from, leaf * LEAF + first);
@@ -50,12 +44,7 @@ impl<const D: usize> Distances<'_, D> {
     /// Returns the squared distances in m^2 from the agent at place `from` to the agents of the register at place `to`.
     /// They are infinite to agents out of view.
     #[inline(always)]
-    pub(in crate::neighbor) fn squared_to_register<S: Simd>(
-        &self,
-        simd: S,
-        from: usize,
-        to: usize,
-    ) -> S::f64s {
+    pub(crate) fn squared_to_register<S: Simd>(&self, simd: S, from: usize, to: usize) -> S::f64s {
         let (own, lane) = (&self.agents.groups[from / GROUP], from % GROUP);
         let others = &self.agents.groups[to / GROUP].position;
         let mut offset = [simd.splat_f64s(0.0); D];

@@ -25,14 +25,14 @@ impl Torus {
 
     /// Returns the shortest offsets from `a` to `b` along one axis in m. Both are in [0, side).
     #[inline(always)]
-    pub(in crate::neighbor) fn offset<S: Simd>(self, simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
+    pub(crate) fn offset<S: Simd>(self, simd: S, a: S::f64s, b: S::f64s) -> S::f64s {
         self.shortest(simd, simd.sub_f64s(b, a))
     }
 
     /// Returns the shortest of the offsets in m along one axis that differ by multiples of the side. `offset` is
     /// shorter than the side.
     #[inline(always)]
-    pub(in crate::neighbor) fn shortest<S: Simd>(self, simd: S, offset: S::f64s) -> S::f64s {
+    pub(crate) fn shortest<S: Simd>(self, simd: S, offset: S::f64s) -> S::f64s {
         let Some(side) = self.0 else {
             return offset;
         };
@@ -49,12 +49,7 @@ impl Torus {
     /// both directions. The shorter way may cross the border of the world. Its length is rounded as in
     /// [`Self::offset`], so no margin is needed.
     #[inline(always)]
-    pub(in crate::neighbor) fn bound<S: Simd>(
-        self,
-        simd: S,
-        up: S::f64s,
-        down: S::f64s,
-    ) -> S::f64s {
+    pub(crate) fn bound<S: Simd>(self, simd: S, up: S::f64s, down: S::f64s) -> S::f64s {
         let direct = simd.max_f64s(up, down);
         let Some(side) = self.0 else {
             return direct;
@@ -64,11 +59,7 @@ impl Torus {
     }
 
     /// Returns a lower bound in m^2 of the squared distance between agents in the two boxes.
-    pub(in crate::neighbor) fn squared_gap<const D: usize>(
-        self,
-        a: &Bounds<D>,
-        b: &Bounds<D>,
-    ) -> f64 {
+    pub(crate) fn squared_gap<const D: usize>(self, a: &Bounds<D>, b: &Bounds<D>) -> f64 {
         let gap: [f64; D] = std::array::from_fn(|axis| {
             let above = b.low[axis] - a.high[axis];
             let below = a.low[axis] - b.high[axis];
@@ -101,7 +92,7 @@ impl FieldOfView {
     /// Returns a mask of the agents that see points at the given offsets in m, whose squared norms are `squared`. An
     /// agent at rest sees in all directions, and every agent sees points at its own position.
     #[inline(always)]
-    pub(in crate::neighbor) fn sees<S: Simd, const D: usize>(
+    pub(crate) fn sees<S: Simd, const D: usize>(
         self,
         simd: S,
         velocity: [S::f64s; D],
@@ -207,10 +198,7 @@ pub(super) fn lanes<T: NoUninit>(register: &T) -> &[i64] {
 /// Returns the squared Euclidean norm, lane by lane. It uses loops, because iterators over registers are not
 /// always inlined.
 #[inline(always)]
-pub(in crate::neighbor) fn register_norm<S: Simd, const D: usize>(
-    simd: S,
-    vector: [S::f64s; D],
-) -> S::f64s {
+pub(crate) fn register_norm<S: Simd, const D: usize>(simd: S, vector: [S::f64s; D]) -> S::f64s {
     let mut sum = simd.mul_f64s(vector[0], vector[0]);
     for axis in 1..D {
         sum = simd.add_f64s(sum, simd.mul_f64s(vector[axis], vector[axis]));

@@ -10,8 +10,7 @@ use pulp::{Arch, Simd, WithSimd};
 
 use crate::agents::{Agents, Column, FANOUT, GROUP, Group, LEAF};
 use crate::neighbor::engine::candidates::{LeafCandidates, Search};
-use crate::neighbor::engine::field_of_view::{FieldOfView, Torus};
-use crate::neighbor::engine::field_of_view::{Own, lanes};
+use crate::neighbor::engine::field_of_view::{FieldOfView, Own, Torus, lanes};
 use crate::neighbor::engine::reach::BITS;
 use crate::neighbor::engine::sums::{NeighborSums, Scratch};
 use crate::neighbor::engine::tree::Tree;
@@ -19,23 +18,23 @@ use crate::neighbor::engine::verlet::Reuse;
 use crate::neighbor::ranges::Reaches;
 
 /// The sums over neighbors of the groups from `first` on.
-pub(in crate::neighbor) struct SumNeighbors<'a, const D: usize> {
-    pub(in crate::neighbor) agents: &'a Agents<D>,
-    pub(in crate::neighbor) tree: &'a Tree<D>,
-    pub(in crate::neighbor) reaches: Reaches<'a>,
-    pub(in crate::neighbor) torus: Torus,
-    pub(in crate::neighbor) field_of_view: FieldOfView,
+pub(crate) struct SumNeighbors<'a, const D: usize> {
+    pub(crate) agents: &'a Agents<D>,
+    pub(crate) tree: &'a Tree<D>,
+    pub(crate) reaches: Reaches<'a>,
+    pub(crate) torus: Torus,
+    pub(crate) field_of_view: FieldOfView,
     /// Whether neighbors are counted. Otherwise their numbers are unspecified.
-    pub(in crate::neighbor) is_counting: bool,
-    pub(in crate::neighbor) reuse: Reuse,
-    pub(in crate::neighbor) first: usize,
-    pub(in crate::neighbor) sums: &'a mut [NeighborSums<D>],
-    pub(in crate::neighbor) scratch: &'a mut Scratch,
+    pub(crate) is_counting: bool,
+    pub(crate) reuse: Reuse,
+    pub(crate) first: usize,
+    pub(crate) sums: &'a mut [NeighborSums<D>],
+    pub(crate) scratch: &'a mut Scratch,
 }
 
 impl<const D: usize> SumNeighbors<'_, D> {
     /// Computes the sums.
-    pub(in crate::neighbor) fn run(self) {
+    pub(crate) fn run(self) {
         Arch::new().dispatch(self);
     }
 }
@@ -46,6 +45,8 @@ impl<const D: usize> WithSimd for SumNeighbors<'_, D> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let is_blind = self.field_of_view != FieldOfView::ALL_ROUND;
+        // PERF: Five of eight combinations, because each is compiled for every instruction set and dimension. Only the
+        // plain kernel has one without counts, which are 5 % of it; the others do more per candidate.
         // The compiler removes the wrapping by a constant `Torus::NONE`.
         match (self.torus, is_blind, self.is_counting) {
             (Torus::NONE, false, true) => self.sum::<S, false, true>(simd, Torus::NONE),
@@ -93,6 +94,7 @@ impl<const D: usize> SumNeighbors<'_, D> {
                 reaches.square(group, ids, &mut squared);
             }
             if reuse != Reuse::Kept {
+                // PERF: Lists that are discarded are made for one group at a time, so that they stay in the cache.
                 if index == 0 || reuse == Reuse::Discarded {
                     candidates.clear();
                 }
@@ -106,6 +108,7 @@ impl<const D: usize> SumNeighbors<'_, D> {
                 let lanes = 2 * S::F64_LANES;
                 for start in (leaf * LEAF..(leaf + 1) * LEAF).step_by(lanes) {
                     let own = (&agents.groups[group], &squared, field_of_view, start);
+                    // With AVX-512 one register is the whole leaf.
                     if lanes > LEAF {
                         sum_agents::<S, D, 1, IS_BLIND, IS_COUNTING>(
                             simd,
@@ -148,6 +151,7 @@ fn sum_whole<S: Simd, const D: usize>(
         for nodes in [candidates.shared_nodes, candidates.nodes] {
             for children in nodes {
                 let block = &tree.levels[children.level][children.block];
+                // PERF: All children are loaded and masked, because a branch per child would be unpredictable.
                 for register in 0..FANOUT / S::F64_LANES {
                     let children = simd.splat_u64s(u64::from(children.bits));
                     let bit = S::as_simd_u64s(&BITS).0[register];

@@ -10,7 +10,7 @@ use crate::neighbor::rules::rule::{Criterion, RuleInput, RuleOutput};
 
 /// The reach of every agent, and its neighbor list if the rule has lists.
 #[derive(Debug, Clone, Default)]
-pub(in crate::neighbor) struct Links {
+pub(crate) struct Links {
     output: RuleOutput,
     /// Places of all agents by id; empty without lists.
     places: Vec<u32>,
@@ -20,7 +20,7 @@ pub(in crate::neighbor) struct Links {
 
 impl Links {
     /// Computes reaches and lists for the agents' current positions.
-    pub(in crate::neighbor) fn update<const D: usize>(
+    pub(crate) fn update<const D: usize>(
         &mut self,
         options: &NeighborOptions,
         agents: &Agents<D>,
@@ -32,6 +32,7 @@ impl Links {
             return;
         }
         let criterion = options.rule.criterion();
+        // PERF: The kernel squares interaction ranges by itself; only iterations over pairs need a column of them.
         if criterion == Criterion::Range && options.is_by_reach() && !options.needs_pairs {
             return;
         }
@@ -47,7 +48,7 @@ impl Links {
     }
 
     /// Returns the reach of every agent, if neighbors are determined by distances and fields of view.
-    pub(in crate::neighbor) fn reaches<'a>(
+    pub(crate) fn reaches<'a>(
         &'a self,
         options: &NeighborOptions,
         ranges: Ranges<'a>,
@@ -61,7 +62,7 @@ impl Links {
     }
 
     /// Returns the neighbor graph of the last update.
-    pub(in crate::neighbor) fn pairs<'a, const D: usize>(
+    pub(crate) fn pairs<'a, const D: usize>(
         &'a self,
         options: &'a NeighborOptions,
         agents: &'a Agents<D>,
@@ -83,28 +84,24 @@ impl Links {
 
     /// Returns whether the graph is frozen, which is the case after the first step of a scenario with
     /// `frozen_graph`.
-    pub(in crate::neighbor) fn is_frozen(&self) -> bool {
+    pub(crate) fn is_frozen(&self) -> bool {
         self.is_frozen
     }
 
     /// Returns the frozen graph, if there is one.
-    pub(in crate::neighbor) fn frozen(&self) -> Option<&Lists> {
+    pub(crate) fn frozen(&self) -> Option<&Lists> {
         self.is_frozen.then_some(&self.output.lists)
     }
 
     /// Freezes the graph `lists`.
-    pub(in crate::neighbor) fn freeze<const D: usize>(&mut self, lists: Lists, agents: &Agents<D>) {
+    pub(crate) fn freeze<const D: usize>(&mut self, lists: Lists, agents: &Agents<D>) {
         self.output.lists = lists;
         self.places = places(agents);
         self.is_frozen = true;
     }
 
     /// Returns the mean reach of a sample of the agents, in m.
-    pub(in crate::neighbor) fn typical_reach(
-        &self,
-        options: &NeighborOptions,
-        ranges: Ranges<'_>,
-    ) -> f64 {
+    pub(crate) fn typical_reach(&self, options: &NeighborOptions, ranges: Ranges<'_>) -> f64 {
         options.rule.typical_reach(ranges, &self.output)
     }
 }

@@ -3,17 +3,17 @@
 use serde::{Deserialize, Serialize};
 
 /// Marks caught agents, which have no place.
-pub(in crate::neighbor) const NO_PLACE: u32 = u32::MAX;
+pub(crate) const NO_PLACE: u32 = u32::MAX;
 
 /// The ids of an agent and another agent.
-pub(in crate::neighbor) type Pair = (u32, u32);
+pub(crate) type Pair = (u32, u32);
 
 /// The argument that determines the number of pairs, for errors.
-pub(in crate::neighbor) const RANGE: &str = "interaction_range";
+pub(crate) const RANGE: &str = "interaction_range";
 
 /// Adjacency lists: for every agent the ids of other agents.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub(in crate::neighbor) struct Lists {
+pub(crate) struct Lists {
     /// Index in `others` at which each agent's list starts, and the end of the last list.
     starts: Vec<usize>,
     others: Vec<u32>,
@@ -22,11 +22,7 @@ pub(in crate::neighbor) struct Lists {
 impl Lists {
     /// Creates the lists of `num_agents` agents from distinct pairs (agent, other agent). `others` is an empty vector,
     /// with room for all pairs if there may be too many for the memory.
-    pub(in crate::neighbor) fn new(
-        num_agents: usize,
-        pairs: &[Pair],
-        mut others: Vec<u32>,
-    ) -> Self {
+    pub(crate) fn new(num_agents: usize, pairs: &[Pair], mut others: Vec<u32>) -> Self {
         others.resize(pairs.len(), 0);
         let mut starts = vec![0; num_agents + 1];
         for &(id, _) in pairs {
@@ -44,7 +40,7 @@ impl Lists {
     }
 
     /// Returns the ids in the list of one agent, in no particular order.
-    pub(in crate::neighbor) fn of(&self, id: usize) -> &[u32] {
+    pub(crate) fn of(&self, id: usize) -> &[u32] {
         &self.others[self.starts[id]..self.starts[id + 1]]
     }
 }

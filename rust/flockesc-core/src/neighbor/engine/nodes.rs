@@ -11,22 +11,22 @@ use crate::base::vector::{larger, smaller};
 /// The box of a node without agents extends from infinity to minus infinity.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
-pub(in crate::neighbor) struct Siblings<const D: usize> {
-    pub(in crate::neighbor) low: [[f64; FANOUT]; D],
-    pub(in crate::neighbor) high: [[f64; FANOUT]; D],
-    pub(in crate::neighbor) sum: [[i64; FANOUT]; D],
-    pub(in crate::neighbor) count: [i64; FANOUT],
+pub(crate) struct Siblings<const D: usize> {
+    pub(crate) low: [[f64; FANOUT]; D],
+    pub(crate) high: [[f64; FANOUT]; D],
+    pub(crate) sum: [[i64; FANOUT]; D],
+    pub(crate) count: [i64; FANOUT],
 }
 
 /// A bounding box of some agents.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::neighbor) struct Bounds<const D: usize> {
-    pub(in crate::neighbor) low: [f64; D],
-    pub(in crate::neighbor) high: [f64; D],
+pub(crate) struct Bounds<const D: usize> {
+    pub(crate) low: [f64; D],
+    pub(crate) high: [f64; D],
 }
 
 impl<const D: usize> Siblings<D> {
-    pub(in crate::neighbor) const EMPTY: Self = Self {
+    pub(crate) const EMPTY: Self = Self {
         low: [[f64::INFINITY; FANOUT]; D],
         high: [[f64::NEG_INFINITY; FANOUT]; D],
         sum: [[0; FANOUT]; D],
@@ -35,7 +35,7 @@ impl<const D: usize> Siblings<D> {
 
     /// Returns the box of one node.
     #[inline(always)]
-    pub(in crate::neighbor) fn bounds_of(&self, child: usize) -> Bounds<D> {
+    pub(crate) fn bounds_of(&self, child: usize) -> Bounds<D> {
         Bounds {
             low: std::array::from_fn(|axis| self.low[axis][child]),
             high: std::array::from_fn(|axis| self.high[axis][child]),
@@ -44,7 +44,7 @@ impl<const D: usize> Siblings<D> {
 
     /// Returns the number of agents of the nodes whose bits are set.
     #[inline(always)]
-    pub(in crate::neighbor) fn count_of(&self, bits: u8) -> i64 {
+    pub(crate) fn count_of(&self, bits: u8) -> i64 {
         let mut count = 0;
         for child in 0..FANOUT {
             count += self.count[child] * i64::from(bits >> child & 1);
@@ -54,7 +54,7 @@ impl<const D: usize> Siblings<D> {
 
     /// Loads the corners of one register of boxes.
     #[inline(always)]
-    pub(in crate::neighbor) fn corners<S: Simd>(
+    pub(crate) fn corners<S: Simd>(
         &self,
         simd: S,
         register: usize,
@@ -69,7 +69,7 @@ impl<const D: usize> Siblings<D> {
 
     /// Returns the box around all eight nodes.
     #[inline(always)]
-    pub(in crate::neighbor) fn bounds(&self) -> Bounds<D> {
+    pub(crate) fn bounds(&self) -> Bounds<D> {
         Bounds {
             low: std::array::from_fn(|axis| {
                 self.low[axis].iter().copied().fold(f64::INFINITY, smaller)

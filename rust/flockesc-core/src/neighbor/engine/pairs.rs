@@ -14,17 +14,17 @@ use crate::neighbor::options::NeighborOptions;
 /// The neighbor graph at one time.
 #[derive(Clone, Copy)]
 pub(crate) struct Pairs<'a, const D: usize> {
-    pub(in crate::neighbor) agents: &'a Agents<D>,
-    pub(in crate::neighbor) tree: &'a Tree<D>,
-    pub(in crate::neighbor) options: &'a NeighborOptions,
+    pub(crate) agents: &'a Agents<D>,
+    pub(crate) tree: &'a Tree<D>,
+    pub(crate) options: &'a NeighborOptions,
     /// Squared reaches in m^2 of the agents, group by group.
-    pub(in crate::neighbor) squares: &'a [Column<f64>],
-    pub(in crate::neighbor) choice: Choice<'a>,
+    pub(crate) squares: &'a [Column<f64>],
+    pub(crate) choice: Choice<'a>,
 }
 
 /// The agents among which neighbors are chosen.
 #[derive(Clone, Copy)]
-pub(in crate::neighbor) enum Choice<'a> {
+pub(crate) enum Choice<'a> {
     /// All agents. Neighbors are the ones within reach and in view.
     All,
     /// The agents in lists. Neighbors are the ones within reach and in view. The second field has the places
@@ -35,13 +35,13 @@ pub(in crate::neighbor) enum Choice<'a> {
 }
 
 impl<'a, const D: usize> Pairs<'a, D> {
-    /// Calls `visit(lane, place)` for every agent of a group and each of its neighbors, where `place` is the
+    /// Calls `add(lane, place)` for every agent of a group and each of its neighbors, where `place` is the
     /// neighbor's. An agent is its own neighbor. `leaves` is a buffer.
     pub(crate) fn visit(
         &self,
         group: usize,
         leaves: &mut Vec<u32>,
-        mut visit: impl FnMut(usize, usize),
+        mut add: impl FnMut(usize, usize),
     ) {
         let num_agents = self.agents.ids_of(group).len();
         match self.choice {
@@ -52,7 +52,7 @@ impl<'a, const D: usize> Pairs<'a, D> {
                         pairs: self,
                         leaf,
                         leaves,
-                        visit: |place, other| visit(place % GROUP, other),
+                        add: |place, other| add(place % GROUP, other),
                     });
                 }
             }
@@ -60,7 +60,7 @@ impl<'a, const D: usize> Pairs<'a, D> {
                 let is_frozen = matches!(self.choice, Choice::Frozen(..));
                 for (lane, &id) in self.agents.ids_of(group).iter().enumerate() {
                     let own = group * GROUP + lane;
-                    visit(lane, own);
+                    add(lane, own);
                     let others = lists.of(id as usize).iter();
                     for other in others.map(|&other| places[other as usize]) {
                         let is_neighbor = |other| is_frozen || self.is_neighbor(own, other);
@@ -68,7 +68,7 @@ impl<'a, const D: usize> Pairs<'a, D> {
                             && is_neighbor(other as usize)
                             && !self.is_blocked(own, other as usize)
                         {
-                            visit(lane, other as usize);
+                            add(lane, other as usize);
                         }
                     }
                 }
@@ -99,6 +99,7 @@ impl<'a, const D: usize> Pairs<'a, D> {
     /// # Errors
     /// [`crate::Error::Memory`] as soon as the system does not grant a list of the pairs.
     pub(crate) fn count(&self) -> Result<usize> {
+        // The memory is asked for whenever the count has doubled, so that a graph without room ends after few pairs.
         let (mut count, mut checked, mut leaves) = (0, 0, Vec::new());
         for group in 0..self.agents.groups.len() {
             self.visit(group, &mut leaves, |_, _| count += 1);
@@ -122,14 +123,14 @@ impl<'a, const D: usize> Pairs<'a, D> {
             .list_leaves(leaves, |node| torus.squared_gap(&bounds, node) <= longest);
     }
 
-    /// Calls `visit(own, neighbor's place)` for the neighbors of the agent at place `own` among the agents of `leaf`.
+    /// Calls `add(own, neighbor's place)` for the neighbors of the agent at place `own` among the agents of `leaf`.
     #[inline(always)]
     pub(super) fn visit_leaf<S: Simd>(
         &self,
         simd: S,
         own: usize,
         leaf: usize,
-        visit: &mut impl FnMut(usize, usize),
+        add: &mut impl FnMut(usize, usize),
     ) {
         let reach = self.squares[own / GROUP][own % GROUP];
         let mut near = self.distances().near(simd, own, leaf, reach);
@@ -138,7 +139,7 @@ impl<'a, const D: usize> Pairs<'a, D> {
             near &= near - 1;
             if (!self.options.is_mutual || self.senses(other, own)) && !self.is_blocked(own, other)
             {
-                visit(own, other);
+                add(own, other);
             }
         }
     }
@@ -165,12 +166,12 @@ impl<'a, const D: usize> Pairs<'a, D> {
     }
 }
 
-/// Calls `visit(place, neighbor's place)` for the agents of `leaf` and their neighbors among the agents of `leaves`.
+/// Calls `add(place, neighbor's place)` for the agents of `leaf` and their neighbors among the agents of `leaves`.
 struct VisitNear<'a, 'b, const D: usize, F> {
     pairs: &'a Pairs<'b, D>,
     leaf: usize,
     leaves: &'a [u32],
-    visit: F,
+    add: F,
 }
 
 impl<const D: usize, F: FnMut(usize, usize)> WithSimd for VisitNear<'_, '_, D, F> {
@@ -182,11 +183,11 @@ impl<const D: usize, F: FnMut(usize, usize)> WithSimd for VisitNear<'_, '_, D, F
             pairs,
             leaf,
             leaves,
-            mut visit,
+            mut add,
         } = self;
         for own in leaf * LEAF..pairs.agents.len().min((leaf + 1) * LEAF) {
             for leaf in leaves.iter().map(|&leaf| leaf as usize) {
-                pairs.visit_leaf(simd, own, leaf, &mut visit);
+                pairs.visit_leaf(simd, own, leaf, &mut add);
             }
         }
     }

@@ -16,7 +16,7 @@ use crate::neighbor::ranges::Reaches;
 
 /// The bounding box of some agents, and their shortest and longest reach.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::neighbor) struct Reach<const D: usize> {
+pub(crate) struct Reach<const D: usize> {
     torus: Torus,
     bounds: Bounds<D>,
     /// Square of the shortest reach in m^2.
@@ -25,13 +25,13 @@ pub(in crate::neighbor) struct Reach<const D: usize> {
     longest: f64,
     /// Whether the shortest reach is at least half the diagonal of the box. Otherwise no node is entirely
     /// within reach.
-    pub(in crate::neighbor) may_enclose: bool,
+    pub(crate) may_enclose: bool,
 }
 
 impl<const D: usize> Reach<D> {
     /// Creates the reach of agents with the bounding box `bounds` and the squared reaches `squared` in m^2.
     #[inline(always)]
-    pub(in crate::neighbor) fn new(
+    pub(crate) fn new(
         torus: Torus,
         bounds: Bounds<D>,
         reaches: Reaches<'_>,
@@ -62,7 +62,9 @@ impl<const D: usize> Reach<D> {
     /// Extends the reach by `margin` in m, and reduces the distance up to which agents are within reach of all
     /// agents by as much.
     #[inline(always)]
-    pub(in crate::neighbor) fn widen(&mut self, margin: f64) {
+    pub(crate) fn widen(&mut self, margin: f64) {
+        // NOTE: Lists with a margin stay exact: agents near the limit become candidates, which every step tests. Only
+        // agents that are inside even after they have drifted by the margin are added without a test.
         let (shortest, longest) = (self.shortest.sqrt(), self.longest.sqrt() + margin);
         self.longest = (longest * longest).min(f64::MAX);
         self.may_enclose &= shortest >= margin;
@@ -72,12 +74,7 @@ impl<const D: usize> Reach<D> {
     /// Returns a mask of the boxes of one register, with the corners `low` and `high`, that may contain agents
     /// within reach of one of the agents. An agent is a box whose corners coincide.
     #[inline(always)]
-    pub(in crate::neighbor) fn meets<S: Simd>(
-        &self,
-        simd: S,
-        low: [S::f64s; D],
-        high: [S::f64s; D],
-    ) -> S::m64s {
+    pub(crate) fn meets<S: Simd>(&self, simd: S, low: [S::f64s; D], high: [S::f64s; D]) -> S::m64s {
         let zero = simd.splat_f64s(0.0);
         let mut gap = [zero; D];
         for axis in 0..D {
@@ -92,7 +89,7 @@ impl<const D: usize> Reach<D> {
     /// Returns a mask of the boxes of one register that are entirely within reach of all agents. Only for
     /// [`Self::may_enclose`].
     #[inline(always)]
-    pub(in crate::neighbor) fn encloses<S: Simd>(
+    pub(crate) fn encloses<S: Simd>(
         &self,
         simd: S,
         low: [S::f64s; D],
@@ -110,7 +107,7 @@ impl<const D: usize> Reach<D> {
 
     /// Returns one bit per node for those entirely within reach, and one for those partly within reach.
     #[inline(always)]
-    pub(in crate::neighbor) fn classify<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> (u8, u8) {
+    pub(crate) fn classify<S: Simd>(&self, simd: S, nodes: &Siblings<D>) -> (u8, u8) {
         let mut near = 0;
         for register in 0..FANOUT / S::F64_LANES {
             let (low, high) = nodes.corners(simd, register);
@@ -130,7 +127,7 @@ impl<const D: usize> Reach<D> {
 
 /// Converts a mask to one bit per lane.
 #[inline(always)]
-pub(in crate::neighbor) fn bits<S: Simd>(simd: S, mask: S::m64s) -> u8 {
+pub(crate) fn bits<S: Simd>(simd: S, mask: S::m64s) -> u8 {
     if let [bits] = bytes_of(&mask) {
         return *bits; // AVX-512 keeps masks as bits
     }
@@ -140,4 +137,4 @@ pub(in crate::neighbor) fn bits<S: Simd>(simd: S, mask: S::m64s) -> u8 {
 }
 
 /// The bit of every child of a node.
-pub(in crate::neighbor) const BITS: [u64; FANOUT] = [1, 2, 4, 8, 16, 32, 64, 128];
+pub(crate) const BITS: [u64; FANOUT] = [1, 2, 4, 8, 16, 32, 64, 128];

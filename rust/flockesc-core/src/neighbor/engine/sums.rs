@@ -29,7 +29,7 @@ impl<const D: usize> NeighborSums<D> {
     };
 
     /// Creates the sums of agents whose only neighbor is the agent itself.
-    pub(in crate::neighbor) fn isolated(group: &Group<D>) -> Self {
+    pub(crate) fn isolated(group: &Group<D>) -> Self {
         let velocities = &group.fixed_velocity;
         let norm = |lane: usize| {
             let velocity: [f64; D] = std::array::from_fn(|axis| velocities[axis][lane] as f64);
@@ -43,7 +43,7 @@ impl<const D: usize> NeighborSums<D> {
     }
 
     /// Returns the sums of the agent in `lane`.
-    pub(in crate::neighbor) fn of(&self, lane: usize) -> AgentSums<D> {
+    pub(crate) fn of(&self, lane: usize) -> AgentSums<D> {
         AgentSums {
             sum: SVector::from_fn(|axis, _| self.sum[axis][lane]),
             count: self.count[lane],
@@ -52,7 +52,7 @@ impl<const D: usize> NeighborSums<D> {
     }
 
     /// Sets the sums of the agent in `lane`.
-    pub(in crate::neighbor) fn set(&mut self, lane: usize, agent: &AgentSums<D>) {
+    pub(crate) fn set(&mut self, lane: usize, agent: &AgentSums<D>) {
         for axis in 0..D {
             self.sum[axis][lane] = agent.sum[axis];
         }
@@ -62,20 +62,20 @@ impl<const D: usize> NeighborSums<D> {
 
 /// The sums of one agent, for snapshots.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
-pub(in crate::neighbor) struct AgentSums<const D: usize> {
-    pub(in crate::neighbor) sum: SVector<i64, D>,
-    pub(in crate::neighbor) count: i64,
-    pub(in crate::neighbor) norm: f64,
+pub(crate) struct AgentSums<const D: usize> {
+    pub(crate) sum: SVector<i64, D>,
+    pub(crate) count: i64,
+    pub(crate) norm: f64,
 }
 
 /// Buffers that are reused from step to step.
 #[derive(Debug, Clone, Default)]
-pub(in crate::neighbor) struct Scratch {
+pub(crate) struct Scratch {
     pub(super) candidates: Candidates,
     /// Leaves near a leaf, for [`sum_pairs`].
     leaves: Vec<u32>,
     /// Whether the buffers of the last step were freed.
-    pub(in crate::neighbor) is_trimmed: bool,
+    pub(crate) is_trimmed: bool,
 }
 
 /// Memory in bytes that a chunk of groups keeps for candidates.
@@ -89,13 +89,13 @@ const BYTES_PER_ROOT: usize = 12;
 impl Scratch {
     /// Returns the memory in bytes that the buffers for `num_agents` agents of a chunk keep from step to step, in a
     /// flock of `flock` agents.
-    pub(in crate::neighbor) fn most_bytes(num_agents: usize, flock: usize) -> usize {
+    pub(crate) fn most_bytes(num_agents: usize, flock: usize) -> usize {
         let per_agent = BYTES_PER_ROOT * flock.isqrt();
         MIN_BYTES + num_agents * per_agent.clamp(BYTES_PER_AGENT.0, BYTES_PER_AGENT.1)
     }
 
     /// Frees the buffers if they are larger than [`Self::most_bytes`].
-    pub(in crate::neighbor) fn trim(&mut self, num_agents: usize, flock: usize) {
+    pub(crate) fn trim(&mut self, num_agents: usize, flock: usize) {
         let bytes = self.candidates.bytes() + self.leaves.capacity() * size_of::<u32>();
         self.is_trimmed = bytes > Self::most_bytes(num_agents, flock);
         if self.is_trimmed {
@@ -105,7 +105,7 @@ impl Scratch {
 }
 
 /// Computes the sums of the groups from `first` on, from all pairs of neighbors.
-pub(in crate::neighbor) fn sum_pairs<const D: usize>(
+pub(crate) fn sum_pairs<const D: usize>(
     pairs: Pairs<'_, D>,
     first: usize,
     sums: &mut [NeighborSums<D>],
@@ -127,11 +127,12 @@ pub(in crate::neighbor) fn sum_pairs<const D: usize>(
 }
 
 /// Removes the neighbors whose warnings are blocked from the sums of the groups from `first` on.
-pub(in crate::neighbor) fn remove_warnings<const D: usize>(
+pub(crate) fn remove_warnings<const D: usize>(
     pairs: Pairs<'_, D>,
     first: usize,
     sums: &mut [NeighborSums<D>],
 ) {
+    // PERF: Only reached agents are looked at, and few are: a predator reaches the edge of a flock.
     let places = 0..pairs.agents.len();
     let reached: Vec<_> = places
         .filter(|&place| pairs.agents.is_reached(place))

@@ -8,28 +8,27 @@ use multiversion::multiversion;
 use crate::agents::{Agents, FANOUT, GROUP, Group, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::larger;
-use crate::neighbor::engine::nodes::{Bounds, Siblings};
-use crate::neighbor::engine::nodes::{add_up_leaves, box_leaves};
+use crate::neighbor::engine::nodes::{Bounds, Siblings, add_up_leaves, box_leaves};
 use crate::neighbor::ranges::SAMPLE;
 use crate::parallel;
 
 /// The tree of all agents.
 #[derive(Debug, Clone)]
-pub(in crate::neighbor) struct Tree<const D: usize> {
+pub(crate) struct Tree<const D: usize> {
     /// `levels[0][g]` has the leaves of group g, `levels[1][k]` has the groups 8 k to 8 k + 7, and so on. The
     /// last level has one block.
-    pub(in crate::neighbor) levels: Vec<Vec<Siblings<D>>>,
+    pub(crate) levels: Vec<Vec<Siblings<D>>>,
     /// Fixed-point scale of the velocities, in m/s.
-    pub(in crate::neighbor) scale: Scale,
+    pub(crate) scale: Scale,
     /// Largest magnitude of a velocity component, in m/s.
-    pub(in crate::neighbor) largest_speed: f64,
+    pub(crate) largest_speed: f64,
     /// Whether the boxes are those of the present positions.
     has_boxes: bool,
 }
 
 impl<const D: usize> Tree<D> {
     /// Creates a tree for `num_groups` groups. It is empty before the first [`Tree::refresh`].
-    pub(in crate::neighbor) fn new(num_groups: usize) -> Self {
+    pub(crate) fn new(num_groups: usize) -> Self {
         let mut blocks = num_groups;
         let mut levels = vec![vec![Siblings::EMPTY; blocks]];
         while blocks > 1 {
@@ -45,7 +44,8 @@ impl<const D: usize> Tree<D> {
     }
 
     /// Recomputes the sums, and the velocities in fixed point, after a step. The boxes are then out of date.
-    pub(in crate::neighbor) fn refresh(&mut self, agents: &mut Agents<D>) {
+    pub(crate) fn refresh(&mut self, agents: &mut Agents<D>) {
+        // NOTE: The scale follows from the largest speed, so that sums in fixed point cannot overflow.
         let largest = parallel::map_reduce(&agents.groups, largest_speed, larger);
         self.largest_speed = largest.unwrap_or(0.0);
         self.scale = Scale::for_registers(self.largest_speed, agents.len());
@@ -63,11 +63,12 @@ impl<const D: usize> Tree<D> {
             add_up_parents(below, blocks);
             below = blocks;
         }
+        // PERF: Sums change with every step, boxes only matter to a search.
         self.has_boxes = false;
     }
 
     /// Computes the boxes if they are out of date. Only searches need them.
-    pub(in crate::neighbor) fn build_boxes(&mut self, agents: &Agents<D>) {
+    pub(crate) fn build_boxes(&mut self, agents: &Agents<D>) {
         if self.has_boxes {
             return;
         }
@@ -84,7 +85,7 @@ impl<const D: usize> Tree<D> {
     }
 
     /// Returns the tree with the boxes of the present positions.
-    pub(in crate::neighbor) fn with_boxes(&self, agents: &Agents<D>) -> Cow<'_, Self> {
+    pub(crate) fn with_boxes(&self, agents: &Agents<D>) -> Cow<'_, Self> {
         let mut tree = Cow::Borrowed(self);
         if !self.has_boxes {
             tree.to_mut().build_boxes(agents);
@@ -93,16 +94,12 @@ impl<const D: usize> Tree<D> {
     }
 
     /// Returns the block of the last level.
-    pub(in crate::neighbor) fn root(&self) -> &Siblings<D> {
+    pub(crate) fn root(&self) -> &Siblings<D> {
         &self.levels[self.levels.len() - 1][0]
     }
 
     /// Lists the leaves for which `is_near` is true of their box and of the boxes of all nodes above.
-    pub(in crate::neighbor) fn list_leaves(
-        &self,
-        leaves: &mut Vec<u32>,
-        is_near: impl Fn(&Bounds<D>) -> bool,
-    ) {
+    pub(crate) fn list_leaves(&self, leaves: &mut Vec<u32>, is_near: impl Fn(&Bounds<D>) -> bool) {
         leaves.clear();
         self.descend(self.levels.len() - 1, 0, leaves, &is_near);
     }
@@ -127,7 +124,7 @@ impl<const D: usize> Tree<D> {
     }
 
     /// Returns the mean extent of a leaf along an axis in m, over a sample of the groups.
-    pub(in crate::neighbor) fn mean_extent(&self) -> f64 {
+    pub(crate) fn mean_extent(&self) -> f64 {
         let (mut total, mut count) = (0.0, 0.0);
         for leaves in self.levels[0]
             .iter()

@@ -8,9 +8,10 @@ use crate::base::vector::{larger, smaller, squared_norm};
 use crate::neighbor::engine::field_of_view::Torus;
 use crate::neighbor::ranges::{Ranges, SAMPLE};
 
-/// Number of steps for which new candidates should be complete.
+/// Number of steps for which new candidates should be complete. More steps need a wider margin, whose candidates are
+/// tested in every step; three to eight were no faster.
 const STEPS: f64 = 5.0;
-/// Number of steps after which too many candidates may have become few enough.
+/// Number of steps after which too many candidates may have become few enough: at most one search in 32 is in vain.
 const PAUSE: usize = 32;
 /// Fraction of the reach, or of the side of a periodic domain, that covers the rounding of distances. It is larger
 /// than the rounding.
@@ -18,7 +19,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// What a step does with the candidates.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::neighbor) enum Reuse {
+pub(crate) enum Reuse {
     /// Finds candidates and discards them.
     Discarded,
     /// Finds candidates with this margin in m for the following steps too.
@@ -32,7 +33,7 @@ pub(in crate::neighbor) enum Reuse {
 /// Since then, the distance of two agents has changed by at most the diameter of a circle around all displacements.
 /// Candidates are complete while it is at most their margin.
 #[derive(Debug, Clone)]
-pub(in crate::neighbor) struct VerletLists<const D: usize> {
+pub(crate) struct VerletLists<const D: usize> {
     torus: Torus,
     positions: Vec<[Column<f64>; D]>,
     /// In m: one range, or one per agent.
@@ -48,7 +49,7 @@ pub(in crate::neighbor) struct VerletLists<const D: usize> {
 }
 
 impl<const D: usize> VerletLists<D> {
-    pub(in crate::neighbor) fn new(torus: Torus) -> Self {
+    pub(crate) fn new(torus: Torus) -> Self {
         Self {
             torus,
             positions: Vec::new(),
@@ -61,14 +62,17 @@ impl<const D: usize> VerletLists<D> {
     }
 
     /// Forgets the candidates, and pauses because there were too many to keep.
-    pub(in crate::neighbor) fn pause(&mut self) {
+    pub(crate) fn pause(&mut self) {
         self.margin = None;
         self.pause = PAUSE;
     }
 
     /// Decides what the next step does with the candidates.
-    pub(in crate::neighbor) fn plan(&mut self, agents: &Agents<D>, ranges: Ranges<'_>) -> Reuse {
+    pub(crate) fn plan(&mut self, agents: &Agents<D>, ranges: Ranges<'_>) -> Reuse {
         let ranges = slice(&ranges);
+        // NOTE: Lists belong to ranges: a longer range has further neighbors, and a shorter one no longer reaches all
+        // that was added as a whole. New ranges get no margin, because a policy may change them in the next step too. A
+        // capture moves agents to other places.
         if self.num_agents != agents.len() || self.ranges != ranges {
             return Reuse::Discarded;
         }
@@ -91,16 +95,12 @@ impl<const D: usize> VerletLists<D> {
             self.steps += 1;
             return Reuse::Kept;
         }
+        // The drift per step since the last search predicts that of the next steps. A wrong prediction costs time only.
         Reuse::New(STEPS * drift / self.steps as f64)
     }
 
     /// Stores the time of a search for candidates. Places of agents must not change after it.
-    pub(in crate::neighbor) fn store(
-        &mut self,
-        agents: &Agents<D>,
-        ranges: Ranges<'_>,
-        reuse: Reuse,
-    ) {
+    pub(crate) fn store(&mut self, agents: &Agents<D>, ranges: Ranges<'_>, reuse: Reuse) {
         self.margin = match reuse {
             Reuse::New(margin) => Some(margin),
             Reuse::Discarded | Reuse::Kept => None,

@@ -8,7 +8,7 @@ use crate::neighbor::ranges::Ranges;
 
 /// The criterion by which visible agents are neighbors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(in crate::neighbor) enum Criterion {
+pub(crate) enum Criterion {
     /// A neighbor is within the agent's interaction range.
     Range,
     /// A neighbor is within the reach that the rule computes for the agent.
@@ -19,18 +19,18 @@ pub(in crate::neighbor) enum Criterion {
 
 /// The input of a rule.
 #[derive(Debug, Clone, Copy)]
-pub(in crate::neighbor) struct RuleInput<'a, const D: usize> {
-    pub(in crate::neighbor) distances: Distances<'a, D>,
-    pub(in crate::neighbor) tree: &'a Tree<D>,
-    pub(in crate::neighbor) ranges: Ranges<'a>,
+pub(crate) struct RuleInput<'a, const D: usize> {
+    pub(crate) distances: Distances<'a, D>,
+    pub(crate) tree: &'a Tree<D>,
+    pub(crate) ranges: Ranges<'a>,
 }
 
 /// The output of a rule. Buffers are reused from step to step.
 #[derive(Debug, Clone, Default)]
-pub(in crate::neighbor) struct RuleOutput {
+pub(crate) struct RuleOutput {
     /// Squared reaches in m^2 of the agents, group by group. Empty if the criterion is the interaction range.
-    pub(in crate::neighbor) squares: Vec<Column<f64>>,
-    pub(in crate::neighbor) lists: Lists,
+    pub(crate) squares: Vec<Column<f64>>,
+    pub(crate) lists: Lists,
     /// Search buffers, one per chunk of groups.
     pub(super) searches: Vec<SearchBuffers>,
 }

@@ -10,23 +10,21 @@ use robust::{Coord, incircle};
 use spade::{DelaunayTriangulation, Point2, Triangulation, mitigate_underflow};
 
 use crate::agents::Agents;
-use crate::base::error::{Error, Result};
+use crate::base::check::require;
+use crate::base::error::Result;
 use crate::neighbor::engine::lists::Lists;
 
 /// Checks that the rule is defined in a world with this dimension and periodic side.
 pub(super) fn check(dimension: usize, periodic_side: Option<f64>) -> Result<()> {
-    if dimension != 2 {
-        let expected = format!("a rule for {dimension} dimensions");
-        return Err(Error::input("neighbor_rule", expected, "voronoi"));
-    }
-    match periodic_side {
-        Some(side) => Err(Error::input(
-            "periodic_side",
-            "None with neighbor_rule voronoi",
-            side,
-        )),
-        None => Ok(()),
-    }
+    let expected = format!("a rule for {dimension} dimensions");
+    require(dimension == 2, "neighbor_rule", &expected, "voronoi")?;
+    let (is_open, expected) = (periodic_side.is_none(), "None with neighbor_rule voronoi");
+    require(
+        is_open,
+        "periodic_side",
+        expected,
+        periodic_side.unwrap_or_default(),
+    )
 }
 
 /// Returns every agent's Voronoi neighbors, the agent itself excluded. Agents with a coordinate above 2^201 m
@@ -38,11 +36,11 @@ pub(super) fn neighbors<const D: usize>(agents: &Agents<D>) -> Lists {
     // Pairs of a site, which is the index of a vertex, and an agent at this point.
     let mut members = Vec::with_capacity(agents.len());
     let mut distant = Vec::new();
-    for (id, position, _) in agents.iter() {
-        let point = rounded(&position);
+    for agent in agents.iter() {
+        let point = rounded(&agent.position);
         match triangulation.insert(point) {
-            Ok(vertex) => members.push((vertex.index(), id as u32)),
-            Err(_) => distant.push((point, id as u32)),
+            Ok(vertex) => members.push((vertex.index(), agent.id)),
+            Err(_) => distant.push((point, agent.id)),
         }
     }
     distant.sort_unstable_by(|(a, _), (b, _)| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));

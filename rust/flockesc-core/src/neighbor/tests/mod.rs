@@ -139,9 +139,9 @@ fn kernel<S: Simd, const D: usize>(
 
 fn by_id<const D: usize>(agents: &Agents<D>, groups: &[NeighborSums<D>]) -> Vec<([i64; D], i64)> {
     let mut sums = vec![([0; D], 0); agents.len()];
-    for (place, (id, ..)) in agents.iter().enumerate() {
+    for (place, &id) in agents.ids().iter().enumerate() {
         let (group, lane) = (&groups[place / GROUP], place % GROUP);
-        sums[id] = (
+        sums[id as usize] = (
             std::array::from_fn(|axis| group.sum[axis][lane]),
             group.count[lane],
         );
@@ -314,8 +314,8 @@ fn a_large_flock_equals_all_pairs_in_any_order() {
     neighborhood.sum_neighbors(&mut agents, Ranges::Shared(7.0));
     let counts_by_id = |neighborhood: &Neighborhood<2>, agents: &Agents<2>| {
         let mut counts = vec![0; agents.len()];
-        for (place, (id, ..)) in agents.iter().enumerate() {
-            counts[id] = neighborhood.sums()[place / GROUP].count[place % GROUP];
+        for (place, &id) in agents.ids().iter().enumerate() {
+            counts[id as usize] = neighborhood.sums()[place / GROUP].count[place % GROUP];
         }
         counts
     };

@@ -133,10 +133,10 @@ fn check<const D: usize>(
             }
             sums[i as usize].1 += 1;
         }
-        for (place, (id, ..)) in agents.iter().enumerate() {
+        for (place, &id) in agents.ids().iter().enumerate() {
             let (found, lane) = (&neighborhood.sums()[place / GROUP], place % GROUP);
             let sum: [i64; D] = std::array::from_fn(|axis| found.sum[axis][lane]);
-            prop_assert_eq!((sum, found.count[lane]), sums[id]);
+            prop_assert_eq!((sum, found.count[lane]), sums[id as usize]);
         }
         let mut labels: Vec<u32> = (0..agents.len() as u32).collect();
         let mut is_settled = false;

@@ -8,8 +8,8 @@ use prey::Prey;
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
-use crate::base::check::{MAX_MAGNITUDE, quantity};
-use crate::base::error::{Error, Result};
+use crate::base::check::{MAX_MAGNITUDE, quantity, require};
+use crate::base::error::Result;
 use crate::base::vector::{heading_toward, unit};
 
 /// A predator and what its strategy remembers between steps. Each strategy uses some of the private fields.
@@ -25,7 +25,7 @@ pub struct Predator<const D: usize> {
     /// Number of steps so far.
     pub(crate) steps: usize,
     /// Id of the target of a predator with a confusion rate.
-    pub(crate) target: Option<usize>,
+    pub(crate) target: Option<u32>,
     /// The point in m to turn toward: an assigned agent, a station or a driving position.
     pub(crate) aim: Option<SVector<f64, D>>,
     /// The action in the predator's body frame, of norm at most 1.
@@ -92,19 +92,13 @@ impl Limits {
         quantity(&format!("{path}.max_turn_rate"), self.turn_rate)?;
         quantity(&format!("{path}.acceleration"), self.acceleration)?;
         let speed = velocity.iter().map(|v| v * v).sum::<f64>().sqrt();
-        match self.speed {
-            Some(fastest) if !(speed * (1.0 - ROUNDING)..=MAX_MAGNITUDE).contains(&fastest) => {
-                let expected =
-                    format!("a number from the initial speed {speed} to {MAX_MAGNITUDE:?}");
-                Err(Error::input(format!("{path}.max_speed"), expected, fastest))
-            }
-            None if self.acceleration > 0.0 => Err(Error::input(
-                format!("{path}.acceleration"),
-                "0 without a max_speed",
-                self.acceleration,
-            )),
-            _ => Ok(()),
-        }
+        let Some(fastest) = self.speed else {
+            let (field, rate) = (format!("{path}.acceleration"), self.acceleration);
+            return require(rate <= 0.0, &field, "0 without a max_speed", rate);
+        };
+        let is_fast = (speed * (1.0 - ROUNDING)..=MAX_MAGNITUDE).contains(&fastest);
+        let expected = format!("a number from the initial speed {speed} to {MAX_MAGNITUDE:?}");
+        require(is_fast, &format!("{path}.max_speed"), &expected, fastest)
     }
 
     /// Turns the velocity toward the point `aim` in m. Without an aim the predator flies straight on.

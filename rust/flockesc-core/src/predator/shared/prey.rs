@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use crate::agents::{Agents, centroid, corners};
+use crate::agents::{Agent, Agents, centroid, corners};
 use crate::base::vector::{smaller, squared_norm};
 use crate::neighbor::Neighborhood;
 
@@ -11,16 +11,6 @@ use crate::neighbor::Neighborhood;
 pub(crate) struct Prey<'a, const D: usize> {
     pub(crate) agents: &'a Agents<D>,
     pub(crate) neighborhood: &'a Neighborhood<D>,
-}
-
-/// One agent, as queries return it.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct PreyAgent<const D: usize> {
-    pub(crate) id: usize,
-    /// r in m.
-    pub(crate) position: SVector<f64, D>,
-    /// v in m/s.
-    pub(crate) velocity: SVector<f64, D>,
 }
 
 impl<'a, const D: usize> Prey<'a, D> {
@@ -32,24 +22,25 @@ impl<'a, const D: usize> Prey<'a, D> {
     }
 
     /// Returns the agent nearest to `place`; among equals, the one with the lowest id.
-    pub(crate) fn nearest(&self, place: &SVector<f64, D>) -> Option<PreyAgent<D>> {
-        let mut best = (f64::INFINITY, usize::MAX, None);
-        for agent in self.all() {
+    pub(crate) fn nearest(&self, place: &SVector<f64, D>) -> Option<Agent<D>> {
+        let (mut least, mut best) = (f64::INFINITY, None::<Agent<D>>);
+        for agent in self.agents.iter() {
             let squared = (agent.position - place).norm_squared();
-            if squared < best.0 || (squared == best.0 && agent.id < best.1) {
-                best = (squared, agent.id, Some(agent));
+            let has_lower_id = || best.is_none_or(|other| agent.id < other.id);
+            if squared < least || (squared == least && has_lower_id()) {
+                (least, best) = (squared, Some(agent));
             }
         }
-        best.2
+        best
     }
 
     /// Returns the `count` agents nearest to `place`, or all if there are fewer, in the order of distance and
     /// then of ids.
-    pub(crate) fn nearest_few(&self, place: &SVector<f64, D>, count: usize) -> Vec<PreyAgent<D>> {
-        let mut few: Vec<(f64, PreyAgent<D>)> = Vec::with_capacity(count + 1);
-        for agent in self.all() {
+    pub(crate) fn nearest_few(&self, place: &SVector<f64, D>, count: usize) -> Vec<Agent<D>> {
+        let mut few: Vec<(f64, Agent<D>)> = Vec::with_capacity(count + 1);
+        for agent in self.agents.iter() {
             let squared = (agent.position - place).norm_squared();
-            let is_before = |(other, q): &(f64, PreyAgent<D>)| (*other, q.id) < (squared, agent.id);
+            let is_before = |(other, q): &(f64, Agent<D>)| (*other, q.id) < (squared, agent.id);
             let rank = few.partition_point(is_before);
             if rank < count {
                 few.insert(rank, (squared, agent));
@@ -64,8 +55,9 @@ impl<'a, const D: usize> Prey<'a, D> {
         &self,
         place: &SVector<f64, D>,
         radius: f64,
-    ) -> impl Iterator<Item = PreyAgent<D>> {
-        self.all()
+    ) -> impl Iterator<Item = Agent<D>> {
+        self.agents
+            .iter()
             .filter(move |agent| (agent.position - place).norm_squared() <= radius * radius)
     }
 
@@ -76,9 +68,9 @@ impl<'a, const D: usize> Prey<'a, D> {
         place: &SVector<f64, D>,
         radius: f64,
         rank: usize,
-    ) -> Option<PreyAgent<D>> {
+    ) -> Option<Agent<D>> {
         // Agents are not stored in the order of ids, so bisect the ids by counting.
-        let (mut low, mut high) = (0, self.agents.num_agents());
+        let (mut low, mut high) = (0, self.agents.num_agents() as u32);
         while high - low > 1 {
             let middle = low.midpoint(high);
             let before = self.within(place, radius).filter(|q| q.id < middle).count();
@@ -89,16 +81,6 @@ impl<'a, const D: usize> Prey<'a, D> {
             }
         }
         self.within(place, radius).find(|agent| agent.id == low)
-    }
-
-    fn all(&self) -> impl Iterator<Item = PreyAgent<D>> {
-        self.agents
-            .iter()
-            .map(|(id, position, velocity)| PreyAgent {
-                id,
-                position,
-                velocity,
-            })
     }
 
     /// Returns the mean position of all agents in m, or `None` if there are no agents.
@@ -112,7 +94,7 @@ impl<'a, const D: usize> Prey<'a, D> {
     /// one with the lowest id.
     pub(crate) fn most_isolated(&self) -> Option<SVector<f64, D>> {
         let agents = self.agents;
-        (agents.len() > 0).then(|| agents.at(most_isolated(agents)).1)
+        (agents.len() > 0).then(|| agents.agent(most_isolated(agents)).position)
     }
 }
 
@@ -121,7 +103,7 @@ impl<'a, const D: usize> Prey<'a, D> {
 fn most_isolated<const D: usize>(agents: &Agents<D>) -> usize {
     let (mut farthest, mut best) = (f64::NEG_INFINITY, 0);
     for place in 0..agents.len() {
-        let nearest = nearest(agents, place, farthest);
+        let nearest = squared_to_nearest(agents, place, farthest);
         let has_lower_id = || agents.id(place) < agents.id(best);
         if nearest > farthest || (nearest == farthest && has_lower_id()) {
             (farthest, best) = (nearest, place);
@@ -132,7 +114,7 @@ fn most_isolated<const D: usize>(agents: &Agents<D>) -> usize {
 
 /// Returns the squared distance in m^2 from the agent at `place` to the nearest other one, or any that is below
 /// `stop_below`. Agents that are close in memory are close in space, so most searches stop after some agents.
-fn nearest<const D: usize>(agents: &Agents<D>, place: usize, stop_below: f64) -> f64 {
+fn squared_to_nearest<const D: usize>(agents: &Agents<D>, place: usize, stop_below: f64) -> f64 {
     let (own, mut nearest) = (agents.position(place), f64::INFINITY);
     for step in 1..agents.len() {
         for other in [place.wrapping_sub(step), place + step] {

@@ -4,8 +4,7 @@ use nalgebra::SVector;
 
 use super::Predator;
 use super::prey::Prey;
-use crate::base::vector::Frame;
-use crate::base::vector::unit;
+use crate::base::vector::{Frame, unit};
 
 /// Positions and velocities relative to one predator. They are 0 if all agents were caught.
 #[derive(Debug, Clone, Copy)]

@@ -2,46 +2,47 @@
 
 from __future__ import annotations
 
-import tomllib
-from importlib.resources import files
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import gymnasium
 
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.presets import PRESETS
+from flockesc_env.taskset.task import Task, tasks
 
 if TYPE_CHECKING:
     from flockesc_env.envs.vector import BatchVectorEnv
-    from flockesc_env.taskset.task import Task
 
 _VECTOR = "flockesc_env.envs.vector:BatchVectorEnv"
 
 FIXED = (
-    *("scenario", "per_agent", "steps_per_action", "objective", "predator_sensing_range", "profile_ranges"),
+    "scenario",
+    "per_agent",
+    "steps_per_action",
+    "objective",
+    "predator_sensing_range",
+    "profile_ranges",
     "extra_entries",
 )
 """Arguments that a task fixes."""
 
 
 def register() -> None:
-    """Register all ids. This reads the tasks' file and makes no task."""
+    """Register all ids."""
     one = "flockesc_env.envs.gymnasium"
     gymnasium.register("flockesc/FlockEscape-v1", f"{one}:FlockEscapeEnv", vector_entry_point=_VECTOR)
     refusal, agents = f"{__name__}:no_single_env", {"per_agent": True}
     gymnasium.register("flockesc/FlockAgents-v1", refusal, vector_entry_point=_VECTOR, kwargs=agents)
-    gymnasium.register("flockesc/Predator-v1", f"{one}:PredatorEnv")
+    gymnasium.register(
+        "flockesc/Predator-v1", f"{one}:PredatorEnv", vector_entry_point=f"{__name__}:make_predators"
+    )
     gymnasium.register("flockesc/LineEscape-v1", "flockesc_env.envs.line:LineEscapeEnv")
-    document = tomllib.loads(files("flockesc_env").joinpath("taskset/v1.toml").read_text("utf-8"))
-    for name, entry in document["tasks"].items():
-        model = PRESETS[entry["scenario"]].scenario
+    for task in tasks.values():
         gymnasium.register(
-            f"flockesc/{name}-v1",
+            task.id,
             f"{__name__}:make_task",
-            vector_entry_point=None if model.model == "line" else f"{__name__}:make_task_vec",
-            max_episode_steps=-(-model.num_steps // entry["options"]["steps_per_action"]),
-            kwargs={"task": name},
+            vector_entry_point=f"{__name__}:make_task_vec" if task.spec.model == "flock" else None,
+            max_episode_steps=task.num_actions,
+            kwargs={"task": task.name},
         )
 
 
@@ -50,12 +51,19 @@ def no_single_env(**_: Any) -> NoReturn:
     _refuse_single_env("flockesc/FlockAgents-v1", 300, "flockesc_env.parallel_env()")
 
 
+def make_predators(num_envs: int | None = None, scenario: Any = None, **options: Any) -> BatchVectorEnv:
+    """Return ``flockesc/Predator-v1`` for ``gymnasium.make_vec``, with one slot per predator."""
+    from flockesc_env.envs.vector import BatchVectorEnv
+
+    return BatchVectorEnv(num_envs, scenario, side="predator", **options)
+
+
 def make_task(task: str, **options: Any) -> gymnasium.Env[Any, Any]:
     """Return the Gymnasium environment of a task, for ``gymnasium.make``; no option may change the task."""
     chosen = _checked(task, options)
     if chosen.per_agent:
         way = f'flockesc_env.tasks["{task}"].parallel_env()'
-        _refuse_single_env(chosen.id, chosen.policy_spec().num_agents, way)
+        _refuse_single_env(chosen.id, chosen.policy_spec.num_agents, way)
     return chosen.env(**options)
 
 
@@ -70,11 +78,9 @@ def make_task_vec(task: str, num_envs: int, **options: Any) -> BatchVectorEnv:
 
 def _checked(name: str, options: dict[str, Any]) -> Task:
     """Return a task after a check that no option changes it."""
-    from flockesc_env.taskset.task import tasks
-
     task = tasks[name]
     for option in options.keys() & set(FIXED):
-        kind = "LineEscape" if isinstance(task.scenario, LineScenario) else "FlockEscape"
+        kind = "LineEscape" if task.spec.model == "line" else "FlockEscape"
         way = f'gymnasium.make("flockesc/{kind}-v1", {option}=..)'
         if task.per_agent:
             way = f'gymnasium.make_vec("flockesc/FlockAgents-v1", {option}=..)'

@@ -1,4 +1,4 @@
-"""``python -m training compare``: ``flockesc compare`` with figures and recorded runs."""
+"""``python -m training figures``: ``flockesc compare`` with figures and recorded runs."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from flockesc_env.common.files import check_writable, write_text
 from flockesc_env.models import FlockSweepResult
 from flockesc_env.models.records import versions
 from flockesc_env.policies import BasePolicy
+from flockesc_env.policies.compare import ORACLE, Comparison
 from flockesc_env.taskset import Task
-from flockesc_env.taskset.comparison import ORACLE, Comparison
 from training import plots
 
 RECORDS = ("best_fixed_range.npz", "last_policy.npz")
 """Recorded runs of one flock, for ``flockesc watch``."""
 
 
-def compare(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: int) -> Comparison:
+def draw(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: int) -> Comparison:
     """Compare policies on held-out flocks; print the table, write it, figures and two recorded runs.
 
     Raises:
@@ -46,7 +46,7 @@ def compare(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks:
     (fixed_name, fixed), last = next(iter(found.values.items())), entries[-1]
     best = load_policy(f"fixed:{task.scales[found.scenario].best_fixed_range:g}")
     # A typical flock: the lower median of the last policy's paired differences to the best range.
-    order = np.argsort(found.values[last.name] - fixed, kind="stable")
+    order = np.argsort([*found.values.values()][-1] - fixed, kind="stable")
     flock = int(found.search.seeds[order[(len(order) - 1) // 2]])
     scenario = task.scenarios[found.scenario]
     shown = ((fixed_name, best), (last.name, last))

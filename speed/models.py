@@ -1,26 +1,24 @@
-"""Benchmarks of flock steps, of the paper's grid search, and of the machine. This project runs ``sweep``."""
+"""Benchmarks of model steps, of the paper's grid search, and of the machine. This project runs ``sweep``."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from flockesc_env import FlockScenario, simulate, sweep
+from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line, sweep
 from flockesc_env.scenario import NeighborRule, Topological, Voronoi
 from speed import peers
 from speed.measure import PROJECT, Call, Candidate, Case, Comparison, cores, spent
-from speed.peers import Floats, Flocks, Peer
+from speed.peers import TOLERANCE, DisagreementError, Floats, Flocks, Peer
 from speed.peers.numpy_flocks import ADJACENT, NEAREST
 
 RANGES = (0.0, 5.0, 10.0, 20.0, 30.0, 100.0)
-FLOCKS = 4
-"""Number of flocks per call; peers that are faster with more flocks at once get ``flocks_at_once``."""
-
+FLOCKS = 4  # per call; peers that are faster with more flocks at once have ``flocks_at_once``
 GRID = np.linspace(1.0, 100.0, 100)
 GRID_SEEDS = range(40)
 
@@ -34,18 +32,20 @@ _FEWEST_OWN_STEPS = 24
 """With fewer steps, this project would re-sort its agents less often per step than in a whole run."""
 
 BANDWIDTH, ARITHMETIC = "bandwidth", "arithmetic"
-BYTES = 64
-"""Bytes that a step must move per agent: position and velocity in f64, read and written, D = 2."""
-_PER_NEIGHBOR = 8
-"""Operations per neighbor: 2 differences, 2 squares, a sum, a comparison, 2 sums of velocities."""
-_PER_AGENT = 35
-"""Operations per agent: two norms, three divisions, two forces, the motion, the distance."""
+BYTES = 64  # bytes that a step must move per agent: position and velocity in f64, read and written, D = 2
+_PER_NEIGHBOR = 8  # operations: 2 differences, 2 squares, a sum, a comparison, 2 sums of velocities
+_PER_AGENT = 35  # operations: two norms, three divisions, two forces, the motion, the distance
 
 RULES: dict[str, tuple[NeighborRule, tuple[float, ...], Peer]] = {
     "topological": (Topological(), (1.0, 7.0, 20.0), NEAREST),
     "voronoi": (Voronoi(), (10.0, 1000.0), ADJACENT),
 }
 """Neighbor rules, the ranges to measure (in the rule's unit), and the peer that implements the rule."""
+
+LINE_RANGES = (0.05, 0.1, 0.2, 0.5)
+LINES = 200
+LinePeer = Callable[[Floats, LineScenario, float, int], Floats]
+"""``peer(states, scenario, interaction_range, steps)`` returns the states after ``steps`` steps."""
 
 
 def kernel(others: list[Peer], *, quick: bool) -> Iterator[Comparison]:
@@ -143,3 +143,52 @@ def floor(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:
         ]
         operations = float(_PER_NEIGHBOR * np.mean(pairs) + _PER_AGENT * scenario.num_agents)
         yield Comparison([multiplied], "operation", {"rho": rho, "operations": operations})
+
+
+def line(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:
+    """Compare steps of the paper's line (100 agents) until the steady state, at four ranges.
+
+    For this project: a whole sweep minus a sweep of one step.
+    """
+    scenario = LineScenario()
+    seeds = range(20 if quick else LINES)
+    for rho in LINE_RANGES:
+        lines = [simulate_line(scenario, rho, seed=seed) for seed in seeds]
+        starts, steps = [line.states[0] for line in lines], [line.steps for line in lines]
+        whole = partial(sweep, scenario, [rho], seeds, num_threads=1)
+        first = partial(sweep, scenario.replace(max_steps=1), [rho], seeds, num_threads=1)
+        check_line(numpy_line, rho)
+        own = Candidate(PROJECT, whole, sum(steps) - len(lines), before=first)
+        peer = Candidate("NumPy, all pairs", partial(_numpy_lines, starts, scenario, rho, steps), sum(steps))
+        yield Comparison([own, peer], "line step", {"rho": rho})
+
+
+def check_line(peer: LinePeer, rho: float) -> None:
+    """Compare a peer with this project on every step of a line until its steady state.
+
+    Raises:
+        DisagreementError: if they differ by more than ``TOLERANCE``.
+    """
+    scenario = LineScenario()
+    states = simulate_line(scenario, rho, seed=0).states
+    reached = [peer(before, scenario, rho, 1) for before in states[:-1]]
+    difference = np.abs(np.array(reached) - states[1:]).max()
+    if not difference <= TOLERANCE:
+        raise DisagreementError(f"a peer differs by {difference:.3g} on the line at rho = {rho}")
+
+
+def _numpy_lines(starts: list[Floats], scenario: LineScenario, rho: float, steps: list[int]) -> None:
+    for states, count in zip(starts, steps, strict=True):
+        numpy_line(states, scenario, rho, count)
+
+
+def numpy_line(states: Floats, scenario: LineScenario, interaction_range: float, steps: int) -> Floats:
+    """The peer of the line: all pairs in NumPy."""
+    predator = np.float64(scenario.predator_position or 0.0)
+    for _ in range(steps):
+        near = np.abs(states[:, None] - states) <= interaction_range
+        offset = states - predator
+        push = scenario.repulsion_strength * (scenario.predator_range * np.sign(offset) - offset)
+        push[(np.abs(offset) >= scenario.predator_range) | (offset == 0.0)] = 0.0
+        states = near @ states / near.sum(axis=1) + push
+    return states

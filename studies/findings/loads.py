@@ -1,0 +1,103 @@
+"""Gains at equal load: policies beside the fixed ranges under which agents hear as many others."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Final
+
+import msgspec
+import numpy as np
+
+from flockesc_env import tasks
+from flockesc_env.common.files import write_text
+from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.episodes.splits import HELD_OUT
+from flockesc_env.jobs import Arrays
+from flockesc_env.policies import rollout
+from flockesc_env.policies.setup import setup
+from flockesc_env.taskset.statistics import difference, means
+from studies.measurements import Runner, policy_of, share_of, split
+from studies.scoreboard.board import BOARD, best_fixed_range
+from studies.scoreboard.report import Entry
+from studies.study import document
+
+LOADS_FILE: Final = "loads.json"
+FLOCKS: Final = 200
+TASKS: Final = tuple(name for name, task in tasks.items() if task.per_agent and len(task.scales) == 1)
+"""Tasks in which agents set their own ranges, scored in the scenario of the training."""
+
+
+class Load(msgspec.Struct, frozen=True):
+    """The mean objective, the agents heard per agent and step, and paired gains of a learner and a rule.
+
+    ``over_rule`` is the learner's gain at equal load minus that of the rule.
+    """
+
+    learner: str
+    rule: str
+    objective: dict[str, float]
+    heard: dict[str, float]
+    over_fixed: Estimate
+    at_equal_load: dict[str, Estimate]
+    over_rule: Estimate
+
+
+def play(policies: tuple[str | bytes, ...], task: str, flocks: range) -> Arrays:
+    """Return ``objective`` and ``heard``, shape (policies, flocks), under policies or fixed ranges."""
+    scenario, runs = tasks[task].scenario, []
+    for policy in map(policy_of, policies):
+        is_fixed = policy.name.startswith("fixed:")  # also above the task's largest range
+        entry = setup(policy, scenario) if is_fixed else replace(tasks[task].setup(policy), scenario=scenario)
+        runs.append(rollout.play(entry, flocks))
+    columns = {"objective": tasks[task].spec.name, "heard": "mean_heard"}
+    return {name: np.array([run[column] for run in runs]) for name, column in columns.items()}
+
+
+def at_equal_load(played: Arrays, fixed: Arrays) -> FloatArray:
+    """Return the objective minus that of fixed ranges with equal mean load, interpolated flock by flock."""
+    loads, load = fixed["heard"].mean(axis=1), played["heard"].mean(axis=1)
+    above = loads.searchsorted(load).clip(1, len(loads) - 1)
+    share = ((load - loads[above - 1]) / (loads[above] - loads[above - 1]))[:, np.newaxis]
+    low, high = fixed["objective"][above - 1], fixed["objective"][above]
+    gain: FloatArray = played["objective"] - (1 - share) * low - share * high
+    return gain
+
+
+def measure(learned: Iterable[Entry], scale: float, runner: Runner, output: Path) -> None:
+    """Play learners (every training seed), the rules of their tasks and fixed ranges on the same flocks."""
+    flocks, jobs, written = share_of(HELD_OUT, FLOCKS, scale), {}, {}
+    entries = {entry.result.task: entry for entry in learned}
+    for name, entry in entries.items():
+        files = [BOARD / entry.entrant.name / one.policy for one in entry.result.policies]
+        policies: dict[str, list[str | bytes]] = {
+            "fixed": [f"fixed:{one:g}" for one in tasks[name].scenario.search_ranges],
+            "rule": [tasks[name].shortcut.policy],
+            "learner": [file.read_bytes() for file in files],
+        }
+        for kind, every in policies.items():
+            jobs[name, kind] = split(
+                play, tuple(every), name, flocks=flocks, size=50, seconds=len(every) / 200
+            )
+    found = runner.run(jobs, "Loads")
+    for name, entry in entries.items():
+        fixed, rule, learner = (found[name, kind] for kind in ("fixed", "rule", "learner"))
+        place = tasks[name].scenario.search_ranges.index(best_fixed_range(tasks[name]))
+        best = {column: values[[place]] for column, values in fixed.items()}
+        kinds = {"fixed": best, "rule": rule, "learner": learner}
+        gains = {"rule": at_equal_load(rule, fixed), "learner": at_equal_load(learner, fixed)}
+        written[name] = Load(
+            learner=entry.result.learner,
+            rule=tasks[name].shortcut.policy,
+            objective={kind: float(one["objective"].mean()) for kind, one in kinds.items()},
+            heard={kind: float(one["heard"].mean()) for kind, one in kinds.items()},
+            over_fixed=difference(learner["objective"], best["objective"]),
+            at_equal_load={kind: means(gain[np.newaxis])[0] for kind, gain in gains.items()},
+            over_rule=difference(gains["learner"], gains["rule"]),
+        )
+    write_text(output / LOADS_FILE, document(written))
+
+
+def loads(output: Path) -> dict[str, Load]:
+    """Read the loads by task, those first in which the learner gains least against the rule."""
+    found = msgspec.json.decode((output / LOADS_FILE).read_bytes(), type=dict[str, Load])
+    return dict(sorted(found.items(), key=lambda item: item[1].over_rule.mean))
