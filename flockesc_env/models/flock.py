@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_floats, as_seed, as_threads
+from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_floats, as_threads
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.starts import fresh_seed
-from flockesc_env.models.simulate import IntArray
+from flockesc_env.models.simulate import IntArray, optional_floats, seed_or_fresh
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
 
@@ -57,12 +56,10 @@ class Flock:
         self._given = as_scenario(scenario, FlockScenario)
         self._shape = (self._given.num_agents, self._given.dimension)
         self._extra_force, self._is_in_force = extra_force, False
-        start = (
-            None if rows is None else as_floats(rows, field, self._shape)
-            for field, rows in (("positions", positions), ("velocities", velocities))
-        )
-        number = fresh_seed() if seed is None else as_seed(seed)
-        self._core = _core.Flock(self._given.to_json(), number, *start, as_threads(num_threads))
+        start = optional_floats(positions, "positions", self._shape)
+        moves = optional_floats(velocities, "velocities", self._shape)
+        document, threads = self._given.to_json(), as_threads(num_threads)
+        self._core = _core.Flock(document, seed_or_fresh(seed), start, moves, threads)
         if velocities is not None:
             self.velocities = self.velocities  # checks their speeds
 
@@ -84,9 +81,8 @@ class Flock:
         rho, count = as_floats(ranges, "ranges", least=0.0), as_count(num_steps, "num_steps")
         if rho.shape not in {(), self._shape[:1]}:
             raise InputError("ranges", f"a scalar or shape ({self._shape[0]},)", f"shape {rho.shape}")
-        actions = predator_actions
-        if actions is not None:
-            actions = as_floats(actions, "predator_actions", (self._given.num_learned, self._shape[1]))
+        actions_shape = (self._given.num_learned, self._shape[1])
+        actions = optional_floats(predator_actions, "predator_actions", actions_shape)
         if self._extra_force is None:
             self._core.step(rho, count, actions, None)
             return

@@ -235,9 +235,9 @@ def run_flock(
     Actions in [-1, 1] of the L ``Learned`` predators have shape (T, L, D); ``None``: 0, they fly straight on.
     """
     agents, steps, axes = scenario.num_agents, scenario.num_steps, scenario.dimension
-    positions = _given(initial_positions, "initial_positions", (agents, axes))
-    velocities = _given(initial_velocities, "initial_velocities", (agents, axes))
-    start = _seed(seed)
+    positions = optional_floats(initial_positions, "initial_positions", (agents, axes))
+    velocities = optional_floats(initial_velocities, "initial_velocities", (agents, axes))
+    start = seed_or_fresh(seed)
     given = as_floats(ranges, "interaction_range", least=0.0)
     if given.shape not in {(), (agents,), (steps, 1), (steps, agents)}:
         expected = f"a scalar or shape ({agents},), ({steps}, 1) or ({steps}, {agents})"
@@ -245,32 +245,28 @@ def run_flock(
     per_step = np.atleast_2d(given)
     threads = as_threads(num_threads)
     actions_shape = (steps, scenario.num_learned, axes)
-    accelerations = _given(predator_actions, "predator_actions", actions_shape)
+    accelerations = optional_floats(predator_actions, "predator_actions", actions_shape)
     if accelerations is None:
         accelerations = np.zeros(actions_shape)
     every = as_count(every, "every", most=steps)
     if isinstance(record, str) or not isinstance(record, Sequence | None):
         raise InputError("record", "a list of names", shown(record))
     names = RECORDED if record is None else [as_choice(name, "record", RECORDED) for name in record]
-    num_times = steps // every + 1
     points = {"positions": agents, "velocities": agents, "predator_positions": len(scenario.predators)}
-    shapes = {
-        name: (num_times * (name in names), *((points[name], axes) if name in points else ()))
+    num_times = steps // every + 1
+    shapes = {name: (num_times, *((points[name], axes) if name in points else ())) for name in names}
+    _core.check_memory("num_steps", 8 * sum(map(math.prod, shapes.values())))
+    columns: dict[str, Any] = {
+        name: np.empty(shapes.get(name, 0), np.int64 if name == "num_components" else np.float64)
         for name in RECORDED
     }
-    _core.check_memory("num_steps", 8 * sum(map(math.prod, shapes.values())))
-    types = {"num_components": np.int64}
-    columns: dict[str, Any] = {
-        name: np.empty(shape, types.get(name, np.float64)) for name, shape in shapes.items()
-    }
     flock = _core.Flock(scenario.to_json(), start, positions, velocities, threads)
-    per_step = np.broadcast_to(per_step, (steps, per_step.shape[1]))
+    rows = np.broadcast_to(per_step, (steps, per_step.shape[1]))
     for step in range(steps + 1):
-        rho = per_step[min(step, steps - 1)]
+        rho = rows[min(step, steps - 1)]
         if step % every == 0:
             for name in names:
-                is_count = name == "num_components"
-                columns[name][step // every] = flock.num_components(rho) if is_count else flock.get(name)
+                columns[name][step // every] = flock.get(name, rho)
         if step < steps:
             flock.step(rho, 1, accelerations[step], None)
     with np.errstate(over="ignore"):
@@ -281,7 +277,7 @@ def run_flock(
         seed=start,
         is_start_given=positions is not None or velocities is not None,
         times=times,
-        interaction_ranges=per_step[:last:every].copy(),
+        interaction_ranges=rows[:last:every].copy(),
         predator_actions=accelerations[:last:every].copy(),
         caught_at=flock.get("caught_at"),
         **columns,
@@ -311,17 +307,19 @@ def simulate_line(
         array([1, 2, 3, 3, 3, 3])
     """
     model = as_scenario(scenario, LineScenario)
-    states = _given(initial_state, "initial_state", (model.num_agents,))
-    start = _seed(seed)
+    states = optional_floats(initial_state, "initial_state", (model.num_agents,))
+    start = seed_or_fresh(seed)
     rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
     run: dict[str, Any] = _core.simulate_line(model.to_json(), rho, start, states)
     is_given = states is not None
     return LineTrajectory(scenario=model, seed=start, is_start_given=is_given, interaction_range=rho, **run)
 
 
-def _given(value: ArrayLike | None, field: str, shape: tuple[int, ...]) -> FloatArray | None:
+def optional_floats(value: ArrayLike | None, field: str, shape: tuple[int, ...]) -> FloatArray | None:
+    """Return ``as_floats``, or ``None`` for ``None``."""
     return None if value is None else as_floats(value, field, shape)
 
 
-def _seed(seed: int | None) -> int:
+def seed_or_fresh(seed: int | None) -> int:
+    """Return a seed; ``None`` becomes a random one from the operating system."""
     return fresh_seed() if seed is None else as_seed(seed)

@@ -10,11 +10,16 @@ from typing import Any, cast, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env.common.checks import FloatArray, as_array, as_count, as_seed
+from flockesc_env.common.checks import FloatArray, as_array, as_count
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.predators import AnyPredatorPolicy, PredatorPolicySpec, reset_policy
-from flockesc_env.episodes.starts import fresh_seed
-from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
+from flockesc_env.models.simulate import (
+    LineTrajectory,
+    Trajectory,
+    run_flock,
+    seed_or_fresh,
+    simulate_line,
+)
 from flockesc_env.policies.base import Observations
 from flockesc_env.policies.rollout import AnyPolicy, episode_steps, flock_batch
 from flockesc_env.policies.rules import FixedRange, ScheduledRange
@@ -95,7 +100,7 @@ def simulate(
     if (interaction_range is None) == (policy is None):
         given = "neither" if policy is None else "both"
         raise InputError("interaction_range", "either interaction_range or policy", given)
-    start = {"initial_positions": initial_positions, "initial_velocities": initial_velocities}
+    start: dict[str, Any] = {"initial_positions": initial_positions, "initial_velocities": initial_velocities}
     recording: dict[str, Any] = {"every": every, "record": record}
     steering: dict[str, Any] = {"per_agent": per_agent, "predator_policy": predator_policy}
     steering = {name: value for name, value in steering.items() if value is not None} | options
@@ -110,7 +115,7 @@ def simulate(
         entry = setup(policy, scenario, num_threads=num_threads, **steering)
         model, ranges = entry.scenario, _fixed_ranges(entry)
         if ranges is None or (steering and isinstance(model, FlockScenario)):
-            return _record(entry, fresh_seed() if seed is None else as_seed(seed), start, recording)
+            return _record(entry, seed_or_fresh(seed), start, recording)
     if isinstance(model, LineScenario):
         refuse({**start, **steering, "num_threads": num_threads, "record": record}, "None for a line")
         as_count(every, "every", most=1)

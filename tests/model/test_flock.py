@@ -1,6 +1,7 @@
 """``Flock`` and thinned runs: steps, snapshots, changes between steps and extra forces equal whole runs."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,7 @@ def test_every_law_is_continued() -> None:
 
 @every_pair(pack=("", *PACKS), law=LAWS, dimension=DIMENSIONS)
 def test_a_continued_flock_equals_the_whole_run(pack: str, law: str, dimension: int) -> None:
-    """With noise, delay, warnings and captures; through a snapshot, a copy and a force of 0."""
+    """With noise, delay, warnings, captures; after a snapshot, a copy, a force of 0, a change to the same."""
     scenario = flock_of(pack, law, dimension)
     run = fe.simulate(scenario, 12.0, seed=5)
     flock, other = Flock(scenario, seed=5), Flock(scenario, seed=6)
@@ -55,7 +56,9 @@ def test_a_continued_flock_equals_the_whole_run(pack: str, law: str, dimension: 
     other.set_state(flock.get_state())
     pushed = Flock(scenario, seed=7, extra_force=lambda flock: np.zeros_like(flock.positions))
     pushed.set_state(flock.get_state())
-    for each in (flock.copy(), other, pushed):
+    same = flock.copy()
+    same.positions, same.velocities = same.positions, same.velocities
+    for each in (flock.copy(), other, pushed, same):
         each.step(12.0, 9)
         each.step(np.full(5, 12.0), 14)
         assert_at(each, run, 30)
@@ -77,9 +80,6 @@ def test_a_changed_flock_goes_on_like_a_new_one(change: dict[str, Any]) -> None:
     scenario = small_flock(**{"num_agents": 600, "predators": (), **change})
     flock, start = Flock(scenario, seed=1), Flock(scenario, seed=2)
     flock.step(5.0, 20)
-    before = flock.get_state()
-    flock.positions, flock.velocities = flock.positions, flock.velocities
-    assert flock.get_state() == before
     flock.positions, flock.velocities = 3 * start.positions - 50, -start.velocities
     new = Flock(scenario, positions=3 * start.positions - 50, velocities=-start.velocities)
     for _ in range(9):
@@ -90,6 +90,19 @@ def test_a_changed_flock_goes_on_like_a_new_one(change: dict[str, Any]) -> None:
     pairs = neighbor_pairs(scenario, new.positions, 5.0)
     new.step(5.0)
     np.testing.assert_array_equal(new.heard, np.bincount(pairs[:, 0], minlength=600))
+
+
+def test_only_the_literal_law_has_other_speeds() -> None:
+    flock, literal = Flock(small_flock(), seed=1), Flock(small_flock(constant_speed=False), seed=1)
+    literal.velocities = 2 * flock.velocities
+    before, wrong = flock.get_state(), flock.velocities
+    wrong[3] *= 1 + 1e-6
+    message = r"velocities\[3\]: expected the constant speed 10 m/s, got 10.00001"
+    with pytest.raises(fe.InputError, match=message):
+        flock.velocities = wrong
+    with pytest.raises(fe.InputError, match=message):
+        Flock(small_flock(), velocities=wrong)
+    assert flock.get_state() == before
 
 
 def test_the_nearest_predator_catches() -> None:
@@ -157,11 +170,11 @@ def test_a_thinned_run_is_a_part_of_the_whole_one() -> None:
     for needs in (rotation, Trajectory.agents_table):
         with pytest.raises(fe.InputError, match="a run that has recorded positions, got one without"):
             needs(part)
-    for needs in (
-        fe.replay_run,
-        lambda run: fe.save_run(run, "run.npz"),
-        lambda run: write_page(run, "a.html"),
-    ):
-        for incomplete in (part, fe.simulate(scenario, 3.0, every=5)):
+    for incomplete in (part, fe.simulate(scenario, 3.0, every=5)):
+        for needs in (
+            fe.replay_run,
+            partial(fe.save_run, path="run.npz"),
+            partial(write_page, path="a.html"),
+        ):
             with pytest.raises(fe.InputError, match="all columns in every step"):
                 needs(incomplete)

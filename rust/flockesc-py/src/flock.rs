@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
 use crate::arrays::{Object, array, flat, vector};
+use crate::batch::{Inner, by_dimension};
 use crate::errors::{CoreError, try_borrow, try_borrow_mut};
 use crate::info;
 use crate::long_call::{LONG, change, maybe_detach, read};
@@ -18,26 +19,10 @@ use crate::models::flock;
 /// about 0.1 s.
 const VERY_LONG: usize = 1 << 20;
 
+/// The flock is copied when it is written while another thread reads it.
 #[pyclass(module = "flockesc_env._core")]
 #[derive(Clone)]
-pub(crate) struct Flock(Inner);
-
-/// A flock in two or three dimensions, copied when it is written while another thread reads it.
-#[derive(Clone)]
-enum Inner {
-    Plane(Arc<Run<2>>),
-    Space(Arc<Run<3>>),
-}
-
-/// Evaluates the same expression on a flock in two or three dimensions.
-macro_rules! on_run {
-    ($inner:expr, $run:ident => $body:expr) => {
-        match $inner {
-            Inner::Plane($run) => $body,
-            Inner::Space($run) => $body,
-        }
-    };
-}
+pub(crate) struct Flock(Inner<Arc<Run<2>>, Arc<Run<3>>>);
 
 #[pymethods]
 impl Flock {
@@ -75,7 +60,7 @@ impl Flock {
             extra_force: flat(extra_force)?.unwrap_or_default(),
         });
         let py = slf.py();
-        on_run!(&mut try_borrow_mut(slf)?.0, run => {
+        by_dimension!(&mut try_borrow_mut(slf)?.0, run => {
             let visits = run.work(&action.ranges);
             let at_once = if visits < LONG { LONG / visits } else { 1 };
             for first in (0..num_steps).step_by(at_once) {
@@ -101,40 +86,38 @@ impl Flock {
         vectors: PyReadonlyArrayDyn<'_, f64>,
     ) -> Result<(), CoreError> {
         let vectors = vector(&vectors)?;
-        on_run!(&mut try_borrow_mut(slf)?.0, run => Ok(Arc::make_mut(run).set(name, &vectors)?))
+        by_dimension!(&mut try_borrow_mut(slf)?.0, run => Ok(Arc::make_mut(run).set(name, &vectors)?))
     }
 
     /// Returns a number of the flock or a new array with an entry or a row per agent or predator, in the order of ids.
-    fn get<'py>(slf: &Bound<'py, Self>, name: &str) -> Object<'py> {
+    /// Only the number of components depends on `ranges`.
+    #[pyo3(signature = (name, ranges=None))]
+    fn get<'py>(
+        slf: &Bound<'py, Self>,
+        name: &str,
+        ranges: Option<PyReadonlyArrayDyn<'py, f64>>,
+    ) -> Object<'py> {
         let py = slf.py();
-        on_run!(&try_borrow(slf)?.0, run => match name {
+        by_dimension!(&try_borrow(slf)?.0, run => match name {
             "seed" => run.seed.into_bound_py_any(py),
             "num_steps" => run.num_steps.into_bound_py_any(py),
             "caught_at" => Ok(array(py, run.caught_at.clone())),
             "caught_by" => Ok(array(py, run.caught_by.clone())),
+            "num_components" => {
+                let ranges = flat(ranges)?.unwrap_or_default();
+                let count = read(py, run, run.work(&ranges), move |run, _| run.num_components(&ranges))?;
+                count.into_bound_py_any(py)
+            }
             _ => info::measure(py, run.world(), name),
         })
     }
 
-    /// Returns the number of connected components under these ranges.
-    fn num_components(
-        slf: &Bound<'_, Self>,
-        ranges: PyReadonlyArrayDyn<'_, f64>,
-    ) -> PyResult<usize> {
-        let ranges = vector(&ranges)?;
-        on_run!(&try_borrow(slf)?.0, run => {
-            read(slf.py(), run, run.work(&ranges), move |run, _| {
-                run.num_components(&ranges)
-            })
-        })
-    }
-
     fn get_state<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyBytes>, CoreError> {
-        on_run!(&try_borrow(slf)?.0, run => Ok(PyBytes::new(slf.py(), &run.save()?)))
+        by_dimension!(&try_borrow(slf)?.0, run => Ok(PyBytes::new(slf.py(), &run.save()?)))
     }
 
     fn set_state(slf: &Bound<'_, Self>, state: &[u8]) -> Result<(), CoreError> {
-        on_run!(&mut try_borrow_mut(slf)?.0, run => Ok(Arc::make_mut(run).restore(state)?))
+        by_dimension!(&mut try_borrow_mut(slf)?.0, run => Ok(Arc::make_mut(run).restore(state)?))
     }
 
     fn copy(slf: &Bound<'_, Self>) -> Result<Self, CoreError> {

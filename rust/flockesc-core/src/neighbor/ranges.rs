@@ -17,7 +17,7 @@ pub enum Ranges<'a> {
 }
 
 impl<'a> From<&'a [f64]> for Ranges<'a> {
-    /// A single range is that of all agents.
+    /// A single range is that of every agent.
     fn from(ranges: &'a [f64]) -> Self {
         match ranges {
             [range] => Self::Shared(*range),
