@@ -169,6 +169,8 @@ class Flock:
         vars(twin).update(vars(self), _core=self._core.copy(), _is_in_force=False)
         return twin
 
+    __copy__ = copy
+
     def _check_idle(self) -> None:
         if self._is_in_force:
             raise InputError("extra_force", "a function that does not change the flock", "one that does")
