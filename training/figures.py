@@ -47,7 +47,7 @@ def draw(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: in
     best = load_policy(f"fixed:{task.scales[found.scenario].best_fixed_range:g}")
     # A typical flock: the lower median of the last policy's paired differences to the best range.
     order = np.argsort([*found.values.values()][-1] - fixed, kind="stable")
-    flock = int(found.search.seeds[order[(len(order) - 1) // 2]])
+    flock = int(found.seeds[order[(len(order) - 1) // 2]])
     scenario = task.scenarios[found.scenario]
     shown = ((fixed_name, best), (last.name, last))
     runs = [(name, simulate(cast("FlockScenario", scenario), policy=one, seed=flock)) for name, one in shown]

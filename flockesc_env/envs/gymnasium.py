@@ -107,7 +107,7 @@ class PredatorEnv(GymnasiumEnv):
         scenario: the flock model's parameters, or a preset's name; default: the paper's. Exactly one
             predator must be ``Learned``; if none is, ``scenario.with_learned_predators()`` is used.
         flock_policy: sets the ranges of the flock: a policy, its name or path, or a model of
-            stable-baselines3; ``None``: ``FixedRange(10.0)``. It plays with the options that it knows.
+            stable-baselines3; ``None``: ``"fixed:10"``. It plays with the options that it knows.
         per_agent: True: the flock policy sets one range per agent. False: one for the flock. ``None``: as in
             ``rollout``.
         **arguments: see ``FlockArguments`` (without ``predator_policy``) and ``EnvOptions``.
@@ -127,7 +127,6 @@ class PredatorEnv(GymnasiumEnv):
         super().__init__(scenario, arguments, per_agent=per_agent, side="predator", flock_policy=flock_policy)
         if self._batch.rows != 1:
             raise InputError("predators", "exactly one Learned predator", self._batch.rows)
-        self.flock_policy = self._batch.flock_policy
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.space()
 

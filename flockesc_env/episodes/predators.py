@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 from gymnasium import spaces
@@ -15,6 +15,7 @@ from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.spaces import ObservationLayout, plain_array
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.options import EnvOptions
 
 Observations = NDArray[np.float32]
 
@@ -29,18 +30,25 @@ class PredatorPolicySpec:
             left and, if D = 3, up, in units of the predator's ``max_acceleration``.
         count: number of ``Learned`` predators per flock. Rows are ordered by flock, then by predator.
         num_steps: number of model steps of an episode; the largest if flocks have different scenarios.
+        scenario: the scenario of the environment; the first one if flocks have different scenarios.
+        options: the options of the environment; ``None`` if they are unknown.
+        opponent: name of the policy that sets the flock's ranges; ``None`` if it is unknown.
     """
 
     layout: ObservationLayout
     dimension: int
     count: int
     num_steps: int
+    scenario: FlockScenario
+    options: EnvOptions | None = None
+    opponent: str | None = None
+    per_agent: ClassVar[bool] = False
 
     @classmethod
     def of(cls, scenario: FlockScenario) -> PredatorPolicySpec:
         """Return the spec for the ``Learned`` predators of a scenario; ``count`` may be 0."""
         layout = ObservationLayout.of(_core.predator_observation_entries(scenario.dimension))
-        return cls(layout, scenario.dimension, scenario.num_learned, scenario.num_steps)
+        return cls(layout, scenario.dimension, scenario.num_learned, scenario.num_steps, scenario)
 
     def space(self) -> spaces.Box:
         """Return the action space of one predator, a new Box [-1, 1] of shape (D,)."""

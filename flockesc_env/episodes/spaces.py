@@ -189,6 +189,7 @@ class PolicySpec:
         options: the options of the environment.
         per_agent: True: one row and one action per agent. False: one per flock, or per line.
         num_steps: number of model steps of an episode; the largest if flocks have different scenarios.
+        opponent: name of the policy that controls the ``Learned`` predators; ``None``: there is none.
     """
 
     actions: RangeActions
@@ -197,6 +198,7 @@ class PolicySpec:
     options: EnvOptions | LineOptions
     per_agent: bool
     num_steps: int
+    opponent: str | None = None
 
     def space(self) -> gymnasium.Space[Any]:
         """Return a new action space of one row."""

@@ -3,12 +3,10 @@
 ``BasePolicy`` is the base of this package's policies, ``RowMemory`` that of policies with a memory.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from copy import copy
-from typing import Any, Protocol, Self
+from typing import Any, Literal, Protocol, Self
 
 import gymnasium
 import numpy as np
@@ -23,6 +21,9 @@ from flockesc_env.scenario.options import UNOBSERVED, EnvOptions, LineOptions
 from flockesc_env.scenario.presets import Scenario, as_model
 
 Observations = NDArray[np.float32]
+
+Side = Literal["flock", "predator"]
+"""Whose observations and actions a policy, or an environment, has."""
 
 
 class Policy(Protocol):
@@ -106,14 +107,18 @@ class BasePolicy(ABC):
             ``LineOptions``. With a ``scenario`` these are all that change observations or actions. ``None``:
             it plays with any.
         scenario: the scenario in which the policy was trained; ``None``: it was not trained.
+        opponent: name of the policy against which it was trained, which controlled the other side; ``None``:
+            it has no opponent, and ``Learned`` predators fly straight on.
+        side: whose actions it chooses: ranges of a flock, or those of predators. ``None``: it is unknown.
         observation_space: the space of its observations if it has one, as models of stable-baselines3 do.
     """
 
     name: str = ""
-    sets_ranges: bool = True  # and so cannot control predators
+    side: Side | None = "flock"
     per_agent: bool | None = None
     options: Mapping[str, Any] | None = None
     scenario: Scenario | None = None
+    opponent: str | None = None
     observation_space: gymnasium.Space[Any] | None = None
 
     def __init_subclass__(cls) -> None:
@@ -131,6 +136,7 @@ class BasePolicy(ABC):
         name: str | None = None,
         per_agent: bool | None = None,
         scenario: Scenario | None = None,
+        opponent: str | None = None,
         **options: Any,
     ) -> Self:
         """Return a copy with other attributes, unless they are ``None``, and with options beside its own.
@@ -146,6 +152,8 @@ class BasePolicy(ABC):
             made.name = as_text(name, "name")
             if not name.isprintable():
                 raise InputError("name", "printable characters", shown(name))
+        if opponent is not None:
+            made.opponent = as_text(opponent, "opponent")
         if per_agent is not None:
             self._check_view(as_flag(per_agent, "per_agent"))
             vars(made)["per_agent"] = per_agent
@@ -172,9 +180,11 @@ class BasePolicy(ABC):
         """Raise ``InputError`` if the policy was trained with options that it does not know."""
 
     @property
-    def policy_spec(self) -> PolicySpec:
+    def policy_spec(self) -> Any:
         """Observations and actions of the policy in its scenario, by default the paper's flock."""
-        scenario = self.scenario or FlockScenario()
+        scenario: Any = self.scenario or FlockScenario()
+        if self.side == "predator":
+            return PredatorPolicySpec.of(scenario)
         options = scenario.env_options(self.all_options(scenario))
         return policy_spec(scenario, options, per_agent=bool(self.per_agent))
 
@@ -251,6 +261,9 @@ class BasePolicy(ABC):
         if self.options is not None:
             known = {"the policy (use **policy.options)": self.options, "the environment": vars(options)}
             check_origins(known)
+
+    def check_spec(self, spec: Any) -> Any:  # noqa: B027, as ``check_known``
+        """Raise ``InputError`` if the policy is known not to fit some predators."""
 
     def _check_view(self, per_agent: bool) -> None:
         """Raise ``InputError`` unless the policy fits the view."""

@@ -17,7 +17,7 @@ from flockesc_env.episodes.spaces import RangeActions, policy_spec
 from flockesc_env.policies.base import BasePolicy, Observations, Policy
 from flockesc_env.policies.network import NetworkPolicy, Parameters, choices
 from flockesc_env.policies.outcomes import RESULTS, Episodes, LineEpisodes
-from flockesc_env.policies.setup import Setup, refuse, setup, setup_in
+from flockesc_env.policies.setup import Setup, refuse, setup
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.options import EnvOptions, LineOptions
@@ -95,10 +95,8 @@ def rollout(
     checked = as_seeds(seeds)
     size = None if batch_size is None else as_count(batch_size, "batch_size")
     given: Any = {"per_agent": per_agent, "predator_policy": predator_policy, "num_threads": num_threads}
-    if env is None:
-        entry = setup(policy, scenario, **given, **options)
-    else:
-        entry = setup_in(env, policy, scenario, **given, **options)
+    entry = setup(policy, scenario, env=env, **given, **options)
+    if env is not None:
         refuse({"batch_size": size}, "None beside env")
     with reporting(progress, "Rollout", len(checked)) as callback:
         columns = play(entry, checked, batch_size=size, progress=callback)

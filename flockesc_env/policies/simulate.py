@@ -1,7 +1,5 @@
 """``simulate``: run a policy, or fixed ranges, once and return the whole trajectory."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray, as_array, as_seed
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.predators import AnyPredatorPolicy, PredatorPolicySpec, reset_policy
+from flockesc_env.episodes.predators import AnyPredatorPolicy, reset_policy
 from flockesc_env.episodes.starts import fresh_seed
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
-from flockesc_env.policies.base import Observations
+from flockesc_env.policies.base import BasePolicy, Observations
 from flockesc_env.policies.rollout import AnyPolicy, episode_steps, flock_batch
 from flockesc_env.policies.rules import FixedRange, ScheduledRange
 from flockesc_env.policies.setup import Setup, refuse, setup
@@ -150,17 +148,17 @@ def _record(entry: Setup, seed: int, start: Mapping[str, Any]) -> Trajectory:
     return run_flock(scenario, per_step(ranges), predator_actions=predator_actions, **arguments)
 
 
-class _Recorder:
+class _Recorder(BasePolicy):
     """Wraps a predator policy and records its actions."""
 
-    def __init__(self, policy: Any) -> None:
+    def __init__(self, policy: BasePolicy) -> None:
         self.policy = policy
         self.actions: list[FloatArray] = []
 
     def reset(self, rows: NDArray[np.bool]) -> None:
         reset_policy(self.policy, rows)
 
-    def act(self, observations: Observations, spec: PredatorPolicySpec) -> FloatArray:
+    def act(self, observations: Observations, spec: Any) -> FloatArray:
         actions = self.policy.act(observations, spec)
         self.actions.append(spec.plain(actions, len(observations)))
         return self.actions[-1]

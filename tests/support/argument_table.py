@@ -248,6 +248,7 @@ EXCEPTIONS: dict[str, Kind] = {
     "vec_normalize": part(None),
     "BatchVectorEnv.flock_policy": part(None),
     "BatchVecEnv.flock_policy": part(None),
+    "compare.flock_policy": part(None),
     "bind.policy": part(fe.FixedRange(5.0)),
     "env": part(None),  # tests/policies/test_wrapped.py has good ones
     "eval_env": part(None),
