@@ -1,10 +1,8 @@
 """Predator policies: their protocol, the spaces of ``Learned`` predators, and the reset of policies."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from os import PathLike
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 from gymnasium import spaces
@@ -45,7 +43,7 @@ class PredatorPolicySpec:
     per_agent: ClassVar[bool] = False
 
     @classmethod
-    def of(cls, scenario: FlockScenario) -> PredatorPolicySpec:
+    def of(cls, scenario: FlockScenario) -> Self:
         """Return the spec for the ``Learned`` predators of a scenario; ``count`` may be 0."""
         layout = ObservationLayout.of(_core.predator_observation_entries(scenario.dimension))
         return cls(layout, scenario.dimension, scenario.num_learned, scenario.num_steps, scenario)

@@ -1,7 +1,5 @@
 """``compare``: policies and their baseline on the same flocks; needs the extra ``analysis``."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import count
@@ -62,10 +60,10 @@ class ComparisonRow:
         mean_heard: mean number of agents that an agent heard in a step; ``None`` for a line.
     """
 
-    objective: Estimate
-    difference: Estimate
-    to_rule: Estimate | None
-    improvement: Estimate
+    objective: "Estimate"
+    difference: "Estimate"
+    to_rule: "Estimate | None"
+    improvement: "Estimate"
     mean_range: float | None = None
     mean_heard: float | None = None
 
@@ -127,7 +125,7 @@ class Comparison:
             for name, values in self.values.items()
         }
 
-    def table(self) -> pl.DataFrame:
+    def table(self) -> "pl.DataFrame":
         """Return a polars DataFrame with one row per policy and flock: policy, seed, ``played``."""
         seeds, names = np.array(self.seeds, np.uint64), [*self.played]
         columns = {"policy": np.repeat(names, len(seeds)), "seed": np.tile(seeds, len(names))}
@@ -142,7 +140,7 @@ class Comparison:
         write_table(self.table(), folder / "episodes.parquet")
 
     @figure_style()
-    def plot(self, against: str = "range") -> Figure:
+    def plot(self, against: str = "range") -> "Figure":
         """Return a Matplotlib figure: the objective against the fixed range, and a line per policy.
 
         ``against="heard"``: against the mean number of agents heard, with a point per policy. Bands and bars
@@ -153,32 +151,34 @@ class Comparison:
         as_choice(against, "against", ["range"] if self.heard is None else ["range", "heard"])
         from matplotlib.figure import Figure  # optional and slow to import
 
-        figure = Figure(figsize=(6.5, 4), layout="constrained")
-        axes = figure.subplots()
-        places, unit = self.search.interaction_ranges, self.range_unit
-        best, has_bands = places.searchsorted(self.best_range), len(self.seeds) > 1
-        axes.set_xlabel(f"interaction range ({unit})" if unit else "interaction range")
-        if against == "heard":
-            places = cast("FloatArray", self.heard).mean(axis=1)
-            axes.set_xlabel("agents heard per agent and step")
+        figure = Figure(figsize=(8.3, 4.2), layout="constrained")
+        axes, has_bands, is_range = figure.subplots(), len(self.seeds) > 1, against == "range"
+        unit = f" ({self.range_unit})" if self.range_unit else ""
+        axes.set_xlabel(f"interaction range{unit}" if is_range else "agents heard per agent and step")
+        places = self.search.interaction_ranges
+        best = places.searchsorted(self.best_range)
+        places = places if is_range else cast("FloatArray", self.heard).mean(axis=1)
         if has_bands:
             axes.fill_between(places, *self.search.mean_with_interval(self.spec.name)[1:], color="0.88", lw=0)
         axes.plot(places, self.spec.values(self.search).mean(axis=1), color="0.25", label="one fixed range")
-        axes.axvline(places[best], color="0.25", ls="--", lw=1, label=next(iter(self.values)))
-        policies = [item for item in [*self.rows.items()][1:] if item[0] != ORACLE]
-        for place, (name, row) in enumerate(policies):
+        for place, (name, row) in enumerate(self.rows.items()):
             color, (center, low, high) = f"C{place % 10}", vars(row.objective).values()
-            if against == "heard":
+            label = f"{self.spec.number(center)} {name}"
+            if place == 0:
+                axes.axvline(places[best], color="0.25", ls="--", lw=1, label=label)
+            elif is_range and name != ORACLE:
+                axes.axhline(center, color=color, label=label)
+                if has_bands:
+                    axes.axhspan(low, high, color=color, alpha=0.15, lw=0)
+            elif name != ORACLE:
                 bars = [[center - low], [high - center]] if has_bands else None
-                axes.errorbar(cast("float", row.mean_heard), center, bars, fmt="o", color=color, label=name)
-                continue
-            axes.axhline(center, color=color, label=name)
-            if has_bands:
-                axes.axhspan(low, high, color=color, alpha=0.15, lw=0)
+                axes.errorbar(cast("float", row.mean_heard), center, bars, fmt="o", color=color, label=label)
         axes.set_ylabel(self.spec.with_unit(self.spec.symbol))
-        axes.set_title(f"{len(self.seeds)} held-out {self.spec.model}s", loc="left", fontsize="medium")
-        axes.margins(x=0 if against == "range" else None)
-        axes.legend(fontsize="small")
+        title = f"{len(self.seeds)} held-out {self.spec.model}s, 95 % intervals"
+        axes.set_title(title, loc="left", fontsize="medium")
+        axes.margins(x=0 if is_range else None)
+        axes.spines[["top", "right"]].set_visible(False)
+        figure.legend(loc="outside right upper", fontsize="small", frameon=False)
         figure.draw_without_rendering()  # creates the labels of ticks in this style
         return figure
 

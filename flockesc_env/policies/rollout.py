@@ -1,7 +1,5 @@
 """``rollout``: run a policy on many seeds. ``play``: the same for a ``Setup``."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Literal, cast, overload
 
@@ -172,7 +170,7 @@ def flock_batch(entry: Setup, num_flocks: int) -> FlockBatch:
 
 
 def episode_steps(
-    batch: FlockBatch | _LineBatch,
+    batch: "FlockBatch | _LineBatch",
     policy: Policy,
     seeds: Sequence[int],
     options: Sequence[Mapping[str, Any] | None] = (None,),
