@@ -45,6 +45,26 @@ class GymnasiumEnv(Registered, OneFlock[Observations], gymnasium.Env[Observation
         self._show()
         return observation, info_dicts(columns, self._ranges_at_start)[0]
 
+    @survives_interrupts
+    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Set the range, or the predator's acceleration, and run ``steps_per_action`` model steps.
+
+        Args:
+            action: shape (1,), or an integer if the action mode is ``"discrete"``. In ``PredatorEnv`` the
+                acceleration ahead, to the left and, if D = 3, up, shape (D,); 1 is ``max_acceleration``.
+
+        Returns:
+            Observation, reward, terminated, truncated and ``info``.
+
+        Raises:
+            InputError: if the action is outside the action space.
+            ResetNeededError: if called before ``reset`` or after the end of the episode.
+        """
+        observation, reward, has_ended, info = self._batch.step_one(action)
+        self._show()
+        terminated = bool(is_over(info))
+        return observation, reward, terminated, has_ended and not terminated, info
+
     def _resume(self, rows: Observations) -> Observations:
         observation: Observations = rows[0]
         return observation
@@ -73,25 +93,6 @@ class FlockEscapeEnv(GymnasiumEnv):
         super().__init__(scenario, arguments)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.actions.space()
-
-    @survives_interrupts
-    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Set the interaction range and run ``steps_per_action`` model steps.
-
-        Args:
-            action: shape (1,), or an integer if the action mode is ``"discrete"``.
-
-        Returns:
-            Observation, reward, terminated, truncated and ``info``.
-
-        Raises:
-            InputError: if the action is outside the action space.
-            ResetNeededError: if called before ``reset`` or after the end of the episode.
-        """
-        observation, reward, has_ended, info = self._batch.step_one(action)
-        self._show()
-        terminated = bool(is_over(info))
-        return observation, reward, terminated, has_ended and not terminated, info
 
 
 class PredatorEnv(GymnasiumEnv):
@@ -127,18 +128,3 @@ class PredatorEnv(GymnasiumEnv):
             raise InputError("predators", "exactly one Learned predator", self._batch.rows)
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.space()
-
-    @survives_interrupts
-    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Set the predator's acceleration and run ``steps_per_action`` steps; see ``FlockEscapeEnv.step``.
-
-        Args:
-            action: acceleration ahead, to the left and, if D = 3, up, in units of ``max_acceleration``, shape
-                (D,).
-        """
-        given = self._batch.row_spec.plain(action, None, "action")
-        rows, rewards, ended, _, columns = self._batch.step(given)
-        info = info_dicts(columns)[0]
-        self._show()
-        terminated = bool(is_over(info))
-        return rows[0], float(rewards[0]), terminated, bool(ended[0]) and not terminated, info

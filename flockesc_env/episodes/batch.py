@@ -51,6 +51,8 @@ class FlockBatch:
 
     flock_policy: Any = None
     """Sets the ranges of a ``PredatorBatch``."""
+    hunt: FloatArray | None = None
+    """The last actions of the predator policy."""
 
     def __init__(
         self,
@@ -221,7 +223,9 @@ class FlockBatch:
             reset_policy(self.predator_policy, self._has_begun.repeat(self.predator_policy_spec.count))
             self._has_begun[:] = False
         actions = self.predator_policy.act(observations, self.predator_policy_spec)
-        return self.predator_policy_spec.plain(actions, len(observations), "actions of the predator policy")
+        name = "actions of the predator policy"
+        self.hunt = self.predator_policy_spec.plain(actions, len(observations), name)
+        return self.hunt
 
 
 class PredatorBatch(FlockBatch):
@@ -275,6 +279,11 @@ class PredatorBatch(FlockBatch):
             out[0][:], out[1][:] = observations, rewards
             observations, rewards = out
         return observations, rewards, has_ended, np.zeros(len(ignored)), columns
+
+    def step_one(self, action: Any) -> tuple[Observations, float, bool, dict[str, Any]]:
+        """Step one predator of one flock as ``FlockBatch.step_one``."""
+        rows, rewards, ended, _, columns = self.step(self.row_spec.plain(action, None, "action"))
+        return rows[0], float(rewards[0]), bool(ended[0]), info_dicts(columns)[0]
 
 
 def info_dicts(columns: Mapping[str, NDArray[Any]], ranges: FloatArray | None = None) -> list[dict[str, Any]]:

@@ -122,9 +122,9 @@ class BasePolicy(ABC):
     observation_space: gymnasium.Space[Any] | None = None
 
     def __init_subclass__(cls) -> None:
-        """Name the policy after its class."""
+        """Name the policy after its class, which may have another name."""
         super().__init_subclass__()
-        cls.name = cls.__name__
+        cls.name = vars(cls).get("name", cls.__name__)
 
     @abstractmethod
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:

@@ -17,7 +17,7 @@ from flockesc_env.common.files import write_text
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.batch import Columns
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
-from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, sweep
+from flockesc_env.models.sweep import FlockSweepResult, sweep
 from flockesc_env.policies.base import Side
 from flockesc_env.policies.registry import (
     DEFAULT_FLOCK,
@@ -40,8 +40,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from flockesc_env.common.stats import Estimate
-
-SearchResult = FlockSweepResult | LineSweepResult
 
 _LOADS: Final = ("mean_range", "mean_heard")
 ORACLE: Final = "hindsight oracle over fixed ranges"
@@ -98,7 +96,7 @@ class Comparison:
     best_range: Any = None
     search: Any = None
     heard: FloatArray | None = None
-    tuning: SearchResult | None = None
+    tuning: Any = None
     task: str | None = None
     rule: str | None = None
 
@@ -391,7 +389,7 @@ def _complete(scenario: Scenario) -> float:
     return {"neighbors": scenario.num_agents - 1.0, "": 1.0}.get(scenario.range_unit, np.inf)
 
 
-def _search(entry: Setup, ranges: FloatArray, seeds: range) -> tuple[SearchResult, Mapping[str, Any]]:
+def _search(entry: Setup, ranges: FloatArray, seeds: range) -> tuple[Any, Mapping[str, Any]]:
     """Return the grid search in a scenario, and columns of shape (ranges, seeds).
 
     Flocks are played, because only an episode has a predator policy and the number of agents heard.

@@ -308,10 +308,7 @@ def _norm(vectors: FloatArray) -> FloatArray:
 class FlyStraight(BasePolicy):
     """A predator policy that flies straight on."""
 
-    side = "predator"
-
-    def __init__(self) -> None:
-        self.name = "fly-straight"
+    name, side = "fly-straight", "predator"
 
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:  # type: ignore[override]
         """Return an acceleration of 0 for every row; see ``PredatorPolicy.act``."""

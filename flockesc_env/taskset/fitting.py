@@ -48,11 +48,10 @@ def fitted(policy: Any, shown: PolicySpec, scenarios: Sequence[Scenario], env: A
     """
     player = as_flock_policy(policy)
     task = {name: value for name, value in vars(shown.options).items() if name not in FREE}
+    is_alone = shown.per_agent and all(_has_one_predator(one) for one in scenarios)
     if env is not None:
         entry = setup(player, per_agent=shown.per_agent, env=env)
-        _check(
-            vars(entry.options), task, entry.per_agent and all(_has_one_predator(one) for one in scenarios)
-        )
+        _check(vars(entry.options), task, is_alone)
         return entry
     player.check_known()
     if player.options is None or isinstance(player, rules.FixedRange | rules.RandomRange):
@@ -64,7 +63,7 @@ def fitted(policy: Any, shown: PolicySpec, scenarios: Sequence[Scenario], env: A
     if isinstance(player, rules.RangeRule) and player.scenario is None:
         taken |= {"max_range", "steps_per_action"}
     own = {name: value for name, value in vars(entry.options).items() if name not in taken}
-    _check(own, task, entry.per_agent and all(_has_one_predator(one) for one in scenarios))
+    _check(own, task, is_alone)
     given = {name: task[name] for name in taken & task.keys()}
     return setup(player, shown.scenario, per_agent=shown.per_agent, **given)
 

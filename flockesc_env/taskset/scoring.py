@@ -41,9 +41,7 @@ class LoadedPolicy(NamedTuple):
     policy: BasePolicy
 
     @classmethod
-    def of(
-        cls, spec: str, find: Callable[[str], BasePolicy] = load_policy, *, sha256: str = ""
-    ) -> Self:
+    def of(cls, spec: str, find: Callable[[str], BasePolicy] = load_policy, *, sha256: str = "") -> Self:
         """Return the policy that a text names; ``find`` knows those without a file. A file is read once.
 
         A file with another checksum than ``sha256``, if that is given, is refused.
