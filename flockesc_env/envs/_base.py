@@ -22,12 +22,10 @@ from flockesc_env.common.checks import as_choice, as_flag
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.batch import FlockBatch, Observations, PredatorBatch
 from flockesc_env.episodes.current_state import FlockView
-from flockesc_env.episodes.predators import AnyPredatorPolicy, PredatorPolicy
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.episodes.starts import Scenarios, as_scenarios
-from flockesc_env.policies.base import Side
+from flockesc_env.policies.base import AnyPolicy, BasePolicy, Side
 from flockesc_env.policies.registry import DEFAULT_FLOCK, as_flock_policy, as_predator_policy
-from flockesc_env.policies.rollout import AnyPolicy
 from flockesc_env.policies.rules import FlyStraight
 from flockesc_env.policies.setup import setup
 from flockesc_env.render.frames import live_frames
@@ -61,7 +59,7 @@ class FlockArguments(EnvOptionsDict, total=False):
     render_mode: str | None
     render_size: int
     num_threads: int | None
-    predator_policy: AnyPredatorPolicy | None
+    predator_policy: AnyPolicy
 
 
 class LineArguments(LineOptionsDict, total=False):
@@ -213,7 +211,7 @@ class FlockEnvironment(Viewed):
     _arguments: ClassVar[type] = FlockArguments
     scenario: FlockScenario = read_only("scenario", "_batch.scenario")  # of the first flock
     options: EnvOptions = read_only("options", "_batch.options")
-    predator_policy: PredatorPolicy | None = read_only("predator_policy", "_batch.predator_policy")
+    predator_policy: BasePolicy | None = read_only("predator_policy", "_batch.predator_policy")
     flock_policy: Any = read_only("flock_policy", "_batch.flock_policy")  # of environments of predators
 
     def __init__(

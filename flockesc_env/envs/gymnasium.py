@@ -10,7 +10,7 @@ from flockesc_env.common.checks import FloatArray, as_seed
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs._base import FlockArguments, OneFlock, Registered, survives_interrupts
 from flockesc_env.episodes.batch import Observations, info_dicts, is_over
-from flockesc_env.policies.rollout import AnyPolicy
+from flockesc_env.policies.base import AnyPolicy
 from flockesc_env.scenario.flock import FlockScenario
 
 

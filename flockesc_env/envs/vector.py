@@ -23,8 +23,7 @@ from flockesc_env.envs import _autoreset
 from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, survives_interrupts
 from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, Observations
 from flockesc_env.episodes.starts import Scenarios, as_scenarios, consecutive_seeds
-from flockesc_env.policies.base import Side
-from flockesc_env.policies.rollout import AnyPolicy
+from flockesc_env.policies.base import AnyPolicy, Side
 from flockesc_env.scenario.flock import FlockScenario
 
 VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]

@@ -175,6 +175,10 @@ class FlockBatch:
         """Return the current observations of some slots."""
         return self.core.observe(slots)
 
+    def outcomes(self) -> Columns:
+        """Return the outcomes of every slot, as in ``Episodes``, without ``mean_return``."""
+        return {**self.core.metrics(), "num_components": self.core.num_components()}
+
     def drawn(self, slot: int) -> FlockScenario:
         """Return the scenario of the current episode in one slot, with the drawn values of random fields."""
         scenario = self._distinct[self._scenario_of_slot[slot]]

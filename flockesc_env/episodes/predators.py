@@ -1,8 +1,7 @@
-"""Predator policies: their protocol, the spaces of ``Learned`` predators, and the reset of policies."""
+"""The observations and actions of ``Learned`` predators, and the reset of policies."""
 
 from dataclasses import dataclass
-from os import PathLike
-from typing import Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from gymnasium import spaces
@@ -78,29 +77,6 @@ class PredatorPolicySpec:
             field = name if count is None else f"{name}[{first}]"
             raise InputError(field, "numbers from -1.0 to 1.0", plain[first].tolist())
         return clipped
-
-
-class PredatorPolicy(Protocol):
-    """Protocol of policies that control ``Learned`` predators, for example ``Pursue`` or ``SB3Policy``.
-
-    A policy that keeps a memory between actions also has a method ``reset(rows)``, see ``RowMemory``.
-    """
-
-    def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
-        """Return one action per observation row.
-
-        Args:
-            observations: shape (k, entries), one row per ``Learned`` predator, ordered by flock.
-            spec: shapes and meaning of observations and actions.
-
-        Returns:
-            Actions in [-1, 1], shape (k, D).
-        """
-        ...
-
-
-AnyPredatorPolicy = PredatorPolicy | str | PathLike[str] | Any
-"""A predator policy, its name or path, or a model of stable-baselines3."""
 
 
 def reset_policy(policy: Any, rows: NDArray[np.bool]) -> None:

@@ -6,6 +6,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from copy import copy
+from os import PathLike
 from typing import Any, Literal, Protocol, Self
 
 import gymnasium
@@ -27,7 +28,7 @@ Side = Literal["flock", "predator"]
 
 
 class Policy(Protocol):
-    """Protocol of range policies: objects that turn observation rows into actions.
+    """Protocol of policies: objects that turn observation rows into actions, ranges or those of predators.
 
     Only ``act`` is required. A policy that keeps a memory between actions also has a method ``reset(rows)``,
     see ``RowMemory``; rollouts, ``bind`` and ``PredatorEnv`` call it before the first action of every
@@ -35,17 +36,24 @@ class Policy(Protocol):
     attribute ``per_agent = True``.
     """
 
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: Any) -> NDArray[Any]:
         """Return one action per observation row.
 
         Args:
-            observations: shape (k, entries); one row per flock, or one per agent, ordered by flock.
-            spec: shapes and meaning of observations and actions.
+            observations: shape (k, entries); one row per flock, per agent or per ``Learned`` predator,
+                ordered by flock.
+            spec: shapes and meaning of observations and actions: a ``PolicySpec``, or for predators a
+                ``PredatorPolicySpec``.
 
         Returns:
-            Actions in the environment's action space, shape (k, 1) or, for discrete actions, (k,).
+            Actions in the environment's action space, shape (k, 1) or, for discrete actions, (k,). For
+            predators in [-1, 1], shape (k, D).
         """
         ...
+
+
+AnyPolicy = Policy | str | PathLike[str] | Any
+"""A policy, its name or path, or a model of stable-baselines3."""
 
 
 class RowMemory:
@@ -127,7 +135,7 @@ class BasePolicy(ABC):
         cls.name = vars(cls).get("name", cls.__name__)
 
     @abstractmethod
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: Any) -> NDArray[Any]:
         """Return one action per observation row; see ``Policy.act``."""
 
     def with_options(

@@ -18,7 +18,7 @@ from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.batch import Columns
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.models.sweep import FlockSweepResult, sweep
-from flockesc_env.policies.base import Side
+from flockesc_env.policies.base import AnyPolicy, Side
 from flockesc_env.policies.registry import (
     DEFAULT_FLOCK,
     NAMES,
@@ -26,7 +26,7 @@ from flockesc_env.policies.registry import (
     as_flock_policy,
     as_predator_policy,
 )
-from flockesc_env.policies.rollout import AnyPolicy, flock_batch, play
+from flockesc_env.policies.rollout import flock_batch, play
 from flockesc_env.policies.rules import FixedRange
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.policies.setup import Setup, flocks_of, opponent_of, refuse, setup
@@ -283,8 +283,8 @@ def compare(
             options = {**(first.options or {}), **options}
         else:
             flock = as_flock_policy(flock_policy, "flock_policy")
-    elif env is None and getattr(model, "num_learned", 0) > 0:
-        options.setdefault("predator_policy", opponent_of(first, as_predator_policy))
+    elif options.get("predator_policy") is None and env is None and getattr(model, "num_learned", 0):
+        options["predator_policy"] = opponent_of(first, as_predator_policy)
     if objective is not None:
         as_choice(objective, "objective", model.objectives)
 

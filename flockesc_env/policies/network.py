@@ -173,7 +173,7 @@ class PredatorNetwork(NetworkPolicy):
         super().__init__(architecture, parameters)
 
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:  # type: ignore[override]
-        """Return one action per observation row; see ``PredatorPolicy.act``.
+        """Return one action per observation row; see ``Policy.act``.
 
         Raises:
             InputError: if the dimension differs, or an input is not in the observation.

@@ -313,9 +313,8 @@ def _stored_policy(header: dict[str, Any], parameters: Any) -> BasePolicy:
         kind = PredatorNetwork if is_predator else NetworkPolicy
         policy = kind(Architecture(**{**architecture, **lists}), parameters)
         _check_inputs(policy, scenario, options, per_agent)
-    opponent = None if "opponent" not in header else as_text(header["opponent"], "opponent")
-    known: Any = {"name": name, "per_agent": per_agent, "scenario": scenario, "opponent": opponent}
-    return policy.with_options(**known, **options)
+    known: Any = {"name": name, "per_agent": per_agent, "scenario": scenario}
+    return policy.with_options(**known, opponent=header.get("opponent"), **options)
 
 
 def _check_inputs(policy: NetworkPolicy, scenario: Scenario, options: Any, per_agent: bool) -> None:

@@ -310,8 +310,8 @@ class FlyStraight(BasePolicy):
 
     name, side = "fly-straight", "predator"
 
-    def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:  # type: ignore[override]
-        """Return an acceleration of 0 for every row; see ``PredatorPolicy.act``."""
+    def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
+        """Return an acceleration of 0 for every row; see ``Policy.act``."""
         return np.zeros((len(observations), spec.dimension), np.float32)
 
 
@@ -329,7 +329,7 @@ class Pursue(BasePolicy):
         self.target = as_choice(target, "target", ("nearest", "centroid"))
         self.name = "pursue" if target == "nearest" else f"pursue-{target}"
 
-    def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:  # type: ignore[override]
-        """Return the direction toward the target for every row; see ``PredatorPolicy.act``."""
+    def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
+        """Return the direction toward the target for every row; see ``Policy.act``."""
         first = spec.layout.index(f"{self.target}_direction_ahead")
         return observations[:, first : first + spec.dimension]

@@ -7,9 +7,8 @@ from typing import Any
 
 from flockesc_env.common.checks import as_flag
 from flockesc_env.common.errors import InputError, errors_at, shown
-from flockesc_env.episodes.predators import AnyPredatorPolicy
 from flockesc_env.episodes.spaces import policy_spec
-from flockesc_env.policies.base import BasePolicy, check_origins, normalizer_of
+from flockesc_env.policies.base import AnyPolicy, BasePolicy, check_origins, normalizer_of
 from flockesc_env.policies.registry import as_flock_policy, as_predator_policy
 from flockesc_env.policies.sb3 import SB3Policy, space_error
 from flockesc_env.scenario.flock import FlockScenario
@@ -46,7 +45,7 @@ def setup(
     scenario: Any = None,
     *,
     per_agent: bool | None = None,
-    predator_policy: AnyPredatorPolicy | None = None,
+    predator_policy: AnyPolicy = None,
     num_threads: int | None = None,
     env: Any = None,
     **options: Any,

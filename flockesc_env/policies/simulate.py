@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike
 
 from flockesc_env.common.checks import FloatArray, as_array, as_seed
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.predators import AnyPredatorPolicy
 from flockesc_env.episodes.starts import fresh_seed
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
-from flockesc_env.policies.rollout import AnyPolicy, episode_steps, flock_batch
+from flockesc_env.policies.base import AnyPolicy
+from flockesc_env.policies.rollout import episode_steps, flock_batch
 from flockesc_env.policies.rules import FixedRange, ScheduledRange
 from flockesc_env.policies.setup import Setup, refuse, setup
 from flockesc_env.scenario.flock import FlockScenario
@@ -41,7 +41,7 @@ def simulate(
     initial_positions: ArrayLike | None = None,
     initial_velocities: ArrayLike | None = None,
     per_agent: bool | None = None,
-    predator_policy: AnyPredatorPolicy | None = None,
+    predator_policy: AnyPolicy = None,
     num_threads: int | None = None,
     **options: Any,
 ) -> Trajectory | LineTrajectory:

@@ -34,8 +34,8 @@ from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.batch import Columns, info_dicts
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.episodes.starts import Scenarios, consecutive_seeds, fresh_seed
-from flockesc_env.policies.base import Side
-from flockesc_env.policies.rollout import AnyPolicy, play
+from flockesc_env.policies.base import AnyPolicy, Side
+from flockesc_env.policies.rollout import play
 from flockesc_env.policies.sb3 import STORED_SPEC, SB3Policy
 from flockesc_env.policies.setup import Setup, flocks_of, setup
 from flockesc_env.scenario.line import LineScenario
@@ -183,8 +183,7 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
                         observations, state, begins, deterministic=policy.deterministic
                     )
                     observations, begins = env.step(actions)[0], np.zeros(self.num_envs, np.bool)
-                columns = {**self._batch.core.metrics(), "num_components": self._batch.core.num_components()}
-                columns["mean_return"] = self._returns
+                columns = {**self._batch.outcomes(), "mean_return": self._returns}
                 parts.append({name: column[: len(chunk)] for name, column in columns.items()})
                 if progress is not None:
                     progress(start + len(chunk), len(seeds))
