@@ -283,7 +283,7 @@ def compare(
             options = {**(first.options or {}), **options}
         else:
             flock = as_flock_policy(flock_policy, "flock_policy")
-    elif options.get("predator_policy") is None and env is None and getattr(model, "num_learned", 0):
+    elif env is None and options.get("predator_policy") is None and getattr(model, "num_learned", False):
         options["predator_policy"] = opponent_of(first, as_predator_policy)
     if objective is not None:
         as_choice(objective, "objective", model.objectives)

@@ -309,9 +309,8 @@ class FlockEvalCallback(BaseCallback):
         else:
             raise InputError("model.env", "an environment of Task.vec_env", shown(self.training_env))
         # A copy has its own memory: the training's episodes are still running.
-        self._flock, self._hunter = (
-            copy(getattr(env, name, None)) for name in ("flock_policy", "predator_policy")
-        )
+        self._flock = copy(getattr(env, "flock_policy", None))
+        self._hunter = copy(getattr(env, "predator_policy", None))
         setattr(self.model, STORED_SPEC, env.policy_spec)
         self._evaluate()
 
