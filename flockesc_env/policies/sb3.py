@@ -90,8 +90,6 @@ class SB3Policy(BasePolicy, RowMemory):
                 normalized observations are missing, or the number of rows changes during an episode.
         """
         if spec is not self._checked_spec:
-            if isinstance(spec, PolicySpec):
-                self.check(spec.options, per_agent=spec.per_agent)
             self.check_spec(spec)
             self._checked_spec = spec
         begins = self._begin(len(observations))
@@ -176,7 +174,10 @@ class SB3Policy(BasePolicy, RowMemory):
 
     def check_spec(self, spec: PolicySpec | PredatorPolicySpec) -> None:
         """Raise ``InputError`` unless the model's spaces are those of an environment."""
-        row = VIEWS[spec.per_agent] if isinstance(spec, PolicySpec) else "predator"
+        row = "predator"
+        if isinstance(spec, PolicySpec):
+            self.check(spec.options, per_agent=spec.per_agent)
+            row = VIEWS[spec.per_agent]
         observed = spec.layout.space()
         if self.observation_space is not None and self.observation_space != observed:
             raise space_error(self.observation_space, {row: observed})

@@ -115,7 +115,7 @@ def _setup_in(
     model, view = inner.scenario, inner.policy_spec.per_agent
     fixed = {"scenario": model, "per_agent": view, "predator_policy": inner.predator_policy}
     for name, value in {"scenario": scenario and as_model(scenario), **given}.items():
-        if value is not None and value != fixed[name]:
+        if value is not None and value not in (fixed[name], getattr(fixed[name], "policy", None)):
             raise InputError(name, f"that of env, {shown(fixed[name])}", shown(value))
     chosen = vars(model.env_options(options))
     check_origins({"env": vars(inner.options), "the caller": {name: chosen[name] for name in options}})
