@@ -113,7 +113,7 @@ def figure(found: dict[str, Load]) -> Figure:
     """Draw the objective against the agents heard: fixed ranges as a curve, learner and rule as points."""
     figure, grid = subplots(7.2, 3, 3, sharex=True)
     colors = {"fixed": LIGHT.fixed, "rule": LIGHT.others[0], "learner": LIGHT.learned}
-    for place, (axes, (name, load)) in enumerate(zip(grid.flat, found.items(), strict=True)):
+    for place, (axes, (name, load)) in enumerate(zip(grid.flat, found.items(), strict=False)):
         axes.plot(load.curve["heard"], load.curve["objective"], color=LIGHT.fixed, label="one fixed range")
         for kind, marker in {"fixed": "o", "rule": "s", "learner": "D"}.items():
             title = "best fixed range" if kind == "fixed" else kind
