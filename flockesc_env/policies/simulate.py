@@ -1,18 +1,14 @@
 """``simulate``: run a policy, or fixed ranges, once and return the whole trajectory."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any, cast, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from flockesc_env.common.checks import FloatArray, as_array, as_count
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.predators import AnyPredatorPolicy, PredatorPolicySpec, reset_policy
 from flockesc_env.models.simulate import (
     LineTrajectory,
     Trajectory,
@@ -20,8 +16,8 @@ from flockesc_env.models.simulate import (
     seed_or_fresh,
     simulate_line,
 )
-from flockesc_env.policies.base import Observations
-from flockesc_env.policies.rollout import AnyPolicy, episode_steps, flock_batch
+from flockesc_env.policies.base import AnyPolicy
+from flockesc_env.policies.rollout import episode_steps, flock_batch
 from flockesc_env.policies.rules import FixedRange, ScheduledRange
 from flockesc_env.policies.setup import Setup, refuse, setup
 from flockesc_env.scenario.flock import FlockScenario
@@ -50,7 +46,7 @@ def simulate(
     initial_positions: ArrayLike | None = None,
     initial_velocities: ArrayLike | None = None,
     per_agent: bool | None = None,
-    predator_policy: AnyPredatorPolicy | None = None,
+    predator_policy: AnyPolicy = None,
     num_threads: int | None = None,
     every: int = 1,
     record: Sequence[str] | None = None,
@@ -148,31 +144,16 @@ def _fixed_ranges(entry: Setup) -> Any:
 def _record(entry: Setup, seed: int, start: Mapping[str, Any], recording: Mapping[str, Any]) -> Trajectory:
     """Run a policy on one flock and return the trajectory; ``start`` holds given initial states."""
     scenario = cast("FlockScenario", entry.scenario)
-    recorder = None if entry.predator_policy is None else _Recorder(entry.predator_policy)
-    batch = flock_batch(replace(entry, predator_policy=recorder), 1)
-    ranges = np.array([ranges for ranges, _ in episode_steps(batch, entry.policy, [seed], [start])])
+    batch, ranges, hunts = flock_batch(entry, 1), [], []
+    for chosen, _ in episode_steps(batch, entry.policy, [seed], [start]):
+        ranges.append(chosen)
+        hunts.append(batch.hunt)
 
-    def per_step(actions: FloatArray) -> FloatArray:
-        held = np.repeat(actions, entry.options.steps_per_action, axis=0)[: scenario.num_steps]
+    def per_step(actions: list[Any]) -> FloatArray:
+        held = np.repeat(np.array(actions), entry.options.steps_per_action, axis=0)[: scenario.num_steps]
         rest = scenario.num_steps - len(held)  # after the last agent was caught
         return np.concatenate([held, np.repeat(held[-1:], rest, axis=0)])
 
-    predator_actions = None if recorder is None else per_step(np.array(recorder.actions))
+    predator_actions = None if entry.predator_policy is None else per_step(hunts)
     arguments: Any = {**start, **recording, "seed": seed, "num_threads": entry.num_threads}
     return run_flock(scenario, per_step(ranges), predator_actions=predator_actions, **arguments)
-
-
-class _Recorder:
-    """Wraps a predator policy and records its actions."""
-
-    def __init__(self, policy: Any) -> None:
-        self.policy = policy
-        self.actions: list[FloatArray] = []
-
-    def reset(self, rows: NDArray[np.bool]) -> None:
-        reset_policy(self.policy, rows)
-
-    def act(self, observations: Observations, spec: PredatorPolicySpec) -> FloatArray:
-        actions = self.policy.act(observations, spec)
-        self.actions.append(spec.plain(actions, len(observations)))
-        return self.actions[-1]

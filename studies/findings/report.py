@@ -135,6 +135,7 @@ def figures(results: Findings) -> dict[str, Figure]:
         name: listening.ranges_figure(results.output / f"{name}.npz", by_place=name == "per-agent-visible")
         for name in listening.WATCHED
     }
+    drawn["loads"] = loads.figure(loads.loads(results.output))
     drawn["one_agent"] = listening.one_agent_figure(results.output / listening.ONE_AGENT)
     return {f"{FIGURES}/{name}": figure for name, figure in drawn.items()}
 
