@@ -7,8 +7,6 @@ the positions. All functions raise ``InputError`` for arguments and scenarios th
 ``jit`` they check the shapes of arrays, but not the numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import fields
 from functools import partial

@@ -1,7 +1,5 @@
 """Tables and the figure of a benchmark run, and tables of a count, in the report and the README."""
 
-from __future__ import annotations
-
 import math
 import re
 import statistics

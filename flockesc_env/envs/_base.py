@@ -4,8 +4,6 @@ An environment of flocks is a subclass of ``OneFlock`` or ``ManyFlocks``. Each h
 can be copied (``copy.deepcopy``) and pickled at any time.
 """
 
-from __future__ import annotations
-
 import inspect
 import sys
 from abc import abstractmethod
@@ -85,7 +83,7 @@ def survives_interrupts(method: Method) -> Method:
     """
 
     @wraps(method)
-    def call(self: Viewed, *args: Any, **kwargs: Any) -> Any:
+    def call(self: "Viewed", *args: Any, **kwargs: Any) -> Any:
         try:
             return method(self, *args, **kwargs)
         except KeyboardInterrupt:
@@ -107,7 +105,7 @@ def named_arguments(function: Callable[..., Any]) -> list[str]:
 def read_only(name: str, path: str) -> Any:
     """Return a property for the setting at ``path``; an assignment raises and says what to do instead."""
 
-    def assign(env: Viewed, value: Any) -> None:
+    def assign(env: "Viewed", value: Any) -> None:
         if value is not getattr(env, name, env):  # `VecEnv` assigns the render mode that it has read
             expected = f"no assignment after creation (create an environment with the new {name})"
             raise InputError(name, expected, shown(value))

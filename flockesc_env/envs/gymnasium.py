@@ -1,7 +1,5 @@
 """Gymnasium environments with one flock: one action sets its interaction range, or moves its predator."""
 
-from __future__ import annotations
-
 from typing import Any, Unpack
 
 import gymnasium

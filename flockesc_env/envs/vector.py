@@ -1,7 +1,5 @@
 """Gymnasium vector environments of many flocks: one slot per flock, or one slot per agent."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, Unpack, get_args
 

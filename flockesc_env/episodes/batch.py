@@ -1,7 +1,5 @@
 """``FlockBatch``: many flocks stepped together, shared by all environments and rollouts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final, Literal, cast

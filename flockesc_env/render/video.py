@@ -1,7 +1,5 @@
 """Recorded runs as pictures, and as video files, one or several in a grid. Needs the ``video`` extra."""
 
-from __future__ import annotations
-
 import errno
 import shutil
 from collections.abc import Sequence

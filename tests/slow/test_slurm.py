@@ -1,7 +1,5 @@
 """The back end ``slurm`` on a real cluster on this machine: faults."""
 
-from __future__ import annotations
-
 import csv
 import os
 import secrets
@@ -235,7 +233,7 @@ class Driver:
         command = ["squeue", f"--jobs={array}", "--array", "--states=all", "--noheader", "--format=%T"]
         wait_until(lambda: condition(set(self.cluster.ask(*command).split())), 150.0)
 
-    def end(self, fault: Callable[[Driver, str], None]) -> Ended:
+    def end(self, fault: Callable[["Driver", str], None]) -> Ended:
         """Return how the driver ends after a fault of its array. It is killed after ten minutes."""
         start, seconds = time.monotonic(), 600.0
         try:

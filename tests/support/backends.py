@@ -1,7 +1,5 @@
 """Back ends and functions of jobs for tests."""
 
-from __future__ import annotations
-
 import os
 import signal
 import sys
@@ -27,7 +25,7 @@ SMALL = FlockScenario(num_agents=12, num_steps=9)
 SQUARE = "backends:square"
 
 
-def note_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def note_calls(tmp_path: Path, monkeypatch: "pytest.MonkeyPatch") -> Path:
     """Note calls in a folder, and let processes that submitit starts import this package and helpers."""
     folder = tmp_path / "calls"
     folder.mkdir()
