@@ -3,7 +3,7 @@
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -31,6 +31,10 @@ class Ran:
     def json(self) -> dict[str, Any]:
         document: dict[str, Any] = json.loads(self.out)
         return document
+
+
+Cli = Callable[..., Ran]
+"""The fixture ``cli`` of conftest.py: a function of the words of a command."""
 
 
 def run_process(*argv: object, **streams: Any) -> subprocess.CompletedProcess[str]:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from cli_runs import SMALL, Ran, policy_file
+from cli_runs import SMALL, Cli, policy_file
 from playwright.sync_api import Browser, Page, sync_playwright
 from watch_documents import needs_engine
 
@@ -474,13 +474,13 @@ def test_a_finger_grabs_the_predator_of_both_flocks(tab: Page, open_at: Callable
 
 
 @pytest.fixture
-def watched(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> str:
+def watched(tmp_path: Path, cli: Cli) -> str:
     """Return the address of a page of `flockesc watch`: fixed, learned with memory, and recorded."""
     (tmp_path / "small.json").write_text(SMALL.replace(num_steps=40).to_json())
     specs = ["fixed:10", policy_file(tmp_path / "mine.npz"), "stubborn-witnesses"]
     page = tmp_path / "page.html"
     flags = ["--scenario", tmp_path / "small.json", "--seed", SEED, "--output", page]
-    assert Ran(capsys, "watch", *specs, *flags).code == 0
+    assert cli("watch", *specs, *flags).code == 0
     return page.as_uri()
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cli_runs import Ran, policy_file
+from cli_runs import Cli, policy_file
 from option_table import small_flock
 
 import flockesc_env
@@ -189,15 +189,13 @@ READERS = {
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_escape_sequences_in_files_do_not_reach_the_terminal(
-    name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_escape_sequences_in_files_do_not_reach_the_terminal(name: str, cli: Cli, tmp_path: Path) -> None:
     path, escaped = tmp_path / f"{ESCAPES} {name}", 0
     contents = list(hostile_files(name, path))
     for raw in contents:
         path.write_bytes(raw)
         command = READERS[name.partition(".")[0]]
-        ran = Ran(capsys, *[word.replace("FILE", str(path)) for word in command])
+        ran = cli(*[word.replace("FILE", str(path)) for word in command])
         assert ran.code in {Exit.DONE, Exit.FAILED, Exit.REFUSED}
         lines = (ran.out + ran.err).split("\n")
         assert all(line.isprintable() for line in lines), lines
