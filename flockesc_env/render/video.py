@@ -38,12 +38,8 @@ _FORMATS: dict[str, dict[str, Any]] = {
         # One palette for all frames, and only the changes of each frame: small files without flicker.
         # It repeats forever and rests 2 s on its last frame.
         "output_params": [
-            "-vf",
-            "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none",
-            "-loop",
-            "0",
-            "-final_delay",
-            "200",
+            *("-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none"),
+            *("-loop", "0", "-final_delay", "200"),
         ],
     },
 }
