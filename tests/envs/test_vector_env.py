@@ -13,16 +13,7 @@ import option_table as table
 import pytest
 from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from option_table import (
-    ACTION_MODES,
-    AGENT_REWARDS,
-    EVERY_STEP,
-    HUNTED,
-    SEVERAL,
-    covering,
-    doomed,
-    small_flock,
-)
+from option_table import ACTION_MODES, EVERY_STEP, HUNTED, SEVERAL, covering, doomed, small_flock
 from same import same
 
 import flockesc_env as fe
@@ -222,12 +213,13 @@ def test_refused_resets_leave_no_trace() -> None:
 
 
 FLOCKS, AGENTS = len(SEVERAL), 5
+REWARDS = {"reward": table.AGENT_REWARDS}
 
 
 @autoreset_modes
 @pytest.mark.parametrize(
     "options",
-    covering(reward=AGENT_REWARDS, num_threads=(1, 2), steps_per_action=(1, 3), action_mode=ACTION_MODES[:2]),
+    covering(**REWARDS, num_threads=(1, 2), steps_per_action=(1, 3), action_mode=ACTION_MODES[:2]),
     ids=table.label,
 )
 def test_slots_of_agents_equal_parallel_environments(
