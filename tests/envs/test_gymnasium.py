@@ -9,10 +9,10 @@ import gymnasium
 import numpy as np
 import option_table as table
 import pytest
-from envs import FLOCKS, RANDOM, draw, info_of, same_action, start
+from envs import FLOCKS, draw, info_of, same_action, start
 from gymnasium.error import ResetNeeded
 from objective_values import INFO_KEYS
-from option_table import DIMENSIONS, EVERY_STEP, doomed, every_pair, hunted, small_flock
+from option_table import DIMENSIONS, EVERY_STEP, RANDOM, doomed, every_pair, hunted, small_flock
 from pettingzoo.utils import aec_to_parallel, parallel_to_aec
 from pettingzoo.utils.wrappers import ClipOutOfBoundsWrapper
 from same import spoil

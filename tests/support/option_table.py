@@ -11,7 +11,7 @@ import pytest
 from covertable import make
 
 import flockesc_env as fe
-from flockesc_env.scenario import ConstantVelocity, Intercept, PurePursuit, Uniform, Voronoi
+from flockesc_env.scenario import ConstantVelocity, Intercept, PurePursuit, Uniform, Voronoi, Wandering
 from flockesc_env.scenario.objectives import Objective
 from flockesc_env.scenario.options import ActionMode, IndividualReward, LineReward, TeamReward
 from flockesc_env.scenario.predators import PrescribedPath, Start
@@ -45,6 +45,13 @@ UNLIKE: dict[str, Any] = {
     "sensing_noise": 0.5,
     "sensing_delay": 2,
 }
+
+
+RANDOM = (
+    Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
+    PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
+)
+"""Predators that draw random numbers."""
 
 
 def covering(**values: Iterable[Any]) -> list[dict[str, Any]]:
