@@ -37,6 +37,8 @@ class Twins:
         name = options.pop("name", NAME)
         self.native: Any = gymnasium.make_vec(name, SLOTS, autoreset_mode=autoreset_mode, **options)
         make = partial(gymnasium.make, name, disable_env_checker=True)
+        assert type(self.native) is BatchVectorEnv
+        assert self.native.metadata["autoreset_mode"] is autoreset_mode
         makers = [partial(make, **options | {"scenario": each}) for each in self.native.scenarios]
         self.sync = SyncVectorEnv(makers, autoreset_mode=autoreset_mode)
         self.sync.action_space.seed(0)
@@ -142,24 +144,6 @@ def test_a_limit_counts_from_the_restored_state(autoreset_mode: AutoresetMode, p
     for limit in (-1, None):
         unlimited: Any = gymnasium.make_vec("flockesc/one-range-v1", max_episode_steps=limit)
         assert unlimited.spec.max_episode_steps == 60
-
-
-@pytest.mark.parametrize("mode", [*AutoresetMode, "NextStep", "SameStep", "Disabled"])
-def test_make_vec(mode: Any) -> None:
-    options = {"scenario": small_flock(), "autoreset_mode": mode, "num_threads": 1, "reward": "distance"}
-    env = gymnasium.make_vec(NAME, num_envs=3, vectorization_mode="vector_entry_point", **options)
-    assert type(env) is BatchVectorEnv
-    assert env.metadata["autoreset_mode"] is AutoresetMode(mode)
-    assert env.options.reward == "distance"
-    assert env.spec is not None
-    observations, _ = env.reset(seed=2)
-    assert env.observation_space.contains(observations)
-    again = gymnasium.make_vec(env.spec)
-    np.testing.assert_array_equal(again.reset(seed=2)[0], observations)
-    env.close()
-    env.close()
-    assert env.closed
-    assert type(gymnasium.make_vec(NAME)) is BatchVectorEnv  # the default
 
 
 @pytest.mark.parametrize("autoreset_mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])

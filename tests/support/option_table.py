@@ -78,7 +78,6 @@ LINE = {"action_mode": ACTION_MODES, "reward": get_args(LineReward), "steps_per_
 
 
 def label(options: dict[str, Any]) -> str:
-    """Return the test id of a combination."""
     return "-".join(str(value) for value in options.values())
 
 
