@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
 from importlib.util import find_spec
-from io import BytesIO
 from operator import itemgetter
 from pathlib import Path, PurePosixPath
 from types import SimpleNamespace
@@ -24,7 +23,7 @@ from typing import Any
 import numpy as np
 import pytest
 from backends import SQUARE, calls, contents, jobs_of, note_calls, square, start_driver, sweep_jobs
-from cli_runs import SMALL_FLAGS, small_files
+from cli_runs import SMALL_FLAGS, npz, small_files
 
 from flockesc_env import FlockScenario, LineScenario
 from flockesc_env.common.errors import InputError
@@ -306,12 +305,6 @@ DAMAGES: list[Callable[[bytes, bytes], bytes]] = [
     lambda _, other: npz(square=np.array(np.nan)),
 ]
 """Empty, truncated, zeros, a flipped bit, without a hash, of another job, arrays of another kind."""
-
-
-def npz(**arrays: Any) -> bytes:
-    packed = BytesIO()
-    np.savez_compressed(packed, allow_pickle=False, **arrays)
-    return packed.getvalue()
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +53,12 @@ def small_files(size: int) -> Iterator[None]:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def npz(**arrays: Any) -> bytes:
+    """Return the bytes of a file of arrays."""
+    np.savez(packed := BytesIO(), **arrays)
+    return packed.getvalue()
 
 
 def policy_file(path: Path, scenario: FlockScenario | LineScenario = SMALL) -> Path:

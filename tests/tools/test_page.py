@@ -13,14 +13,13 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from importlib.metadata import version
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from axe_playwright_python.sync_playwright import Axe
-from cli_runs import SMALL, Cli, policy_file
+from cli_runs import SMALL, Cli, npz, policy_file
 from playwright.sync_api import Browser, Page, sync_playwright
 from watch_documents import needs_engine
 
@@ -512,20 +511,19 @@ def test_files_that_no_page_can_play_are_named(
         arrays = dict(file)
     numbers, header = arrays["parameters"], str(arrays["header"])
 
-    def npz(**changes: Any) -> bytes:
-        np.savez(packed := BytesIO(), **{**arrays, **changes})
-        return packed.getvalue()
-
-    flipped = bytearray(npz())
+    flipped = bytearray(npz(**arrays))
     flipped[flipped.index(numbers.tobytes()[-64:])] ^= 1
     bounds = np.array(header.replace('"options": {', '"options": {"min_range": -5, '))
     files = {
         "cut.npz": (BEST.read_bytes()[:-2000], "expected a policy file"),
         "sum.npz": (bytes(flipped), "damaged"),
         "run.npz": ((tmp_path / "run.npz").read_bytes(), "expected a policy file"),
-        "rows.npz": (npz(parameters=numbers[np.newaxis]), "expected one dimension"),
-        "nan.npz": (npz(parameters=np.full_like(numbers, np.nan)), "parameters[0, 0]: expected"),
-        "options.npz": (npz(header=bounds), "min_range: expected a finite number"),
+        "rows.npz": (npz(**arrays | {"parameters": numbers[np.newaxis]}), "expected one dimension"),
+        "nan.npz": (
+            npz(**arrays | {"parameters": np.full_like(numbers, np.nan)}),
+            "parameters[0, 0]: expected",
+        ),
+        "options.npz": (npz(**arrays | {"header": bounds}), "min_range: expected a finite number"),
         "line.npz": ((BOARD / "search/policies/line-0.npz").read_bytes(), "a policy for a line"),
         "rule.npz": (
             (BOARD / "searched-rule/policies/per-agent-local-0.npz").read_bytes(),

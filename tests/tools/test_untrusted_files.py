@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cli_runs import Cli, policy_file
+from cli_runs import Cli, npz, policy_file
 from option_table import small_flock
 
 import flockesc_env
@@ -156,26 +156,20 @@ def with_escapes(text: str) -> Iterator[str]:
         yield text[: token.start()] + json.dumps(ESCAPES) + text[token.end() :]
 
 
-def npz(arrays: dict[str, Any]) -> bytes:
-    stream = io.BytesIO()
-    np.savez(stream, **arrays)
-    return stream.getvalue()
-
-
 def hostile_files(name: str, path: Path) -> Iterator[bytes]:
     """Yield copies of a valid file with escape sequences in one place each."""
     FILES[name][0](path)
     whole = io.BytesIO(path.read_bytes())  # the caller overwrites the file
     if path.suffix == ".npz":
         yield ESCAPES.encode()
-        yield npz({ESCAPES: np.zeros(1)})
+        yield npz(**{ESCAPES: np.zeros(1)})
         yield archive({"positions.npy": npy((1,)).replace(b"<f8", b"\x1b[J")})
     else:
         yield from map(str.encode, with_escapes(whole.getvalue().decode()))
     arrays = dict(np.load(whole)) if path.suffix == ".npz" else {}
     if "header" in arrays:
         for changed in with_escapes(str(arrays["header"])):
-            yield npz({**arrays, "header": np.array(changed)})
+            yield npz(**{**arrays, "header": np.array(changed)})
 
 
 READERS = {
