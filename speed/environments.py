@@ -4,8 +4,6 @@
 One call is an episode of 240 steps with its reset, at a range of 10 m. For slow peers it is a few steps.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from functools import partial

@@ -1,7 +1,5 @@
 """``python -m training figures``: ``flockesc compare`` with figures and recorded runs."""
 
-from __future__ import annotations
-
 import json
 import os
 import shlex

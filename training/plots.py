@@ -1,7 +1,5 @@
 """Figures of a comparison: one flock over time, one flock under attack."""
 
-from __future__ import annotations
-
 from itertools import cycle, islice
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Flags shared by several commands: scenario, policies, seeds, JSON, progress bar, threads."""
 
-from __future__ import annotations
-
 import dataclasses
 import importlib
 import importlib.util
@@ -220,7 +218,7 @@ def _value(text: str, path: str) -> Any:
 
 
 def policy_of(
-    spec: str, *, task: Task | None = None, read: Callable[[str], BasePolicy] = load_policy
+    spec: str, *, task: "Task | None" = None, read: Callable[[str], BasePolicy] = load_policy
 ) -> BasePolicy:
     """Return the policy of an argument: what ``read`` takes, ``module:function``, or a model.
 
@@ -244,7 +242,7 @@ def policy_of(
     return as_policy(policy, spec)
 
 
-def _model_policy(spec: str, task: Task | None) -> BasePolicy:
+def _model_policy(spec: str, task: "Task | None") -> BasePolicy:
     require("sb3", ["stable_baselines3"])
     name, _, path = spec.rpartition(":")
     file = Path(path, _BEST) if Path(path, _BEST).is_file() else Path(path)

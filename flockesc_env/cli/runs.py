@@ -1,7 +1,5 @@
 """The commands simulate, replay, presets and watch: run models once, replay and show runs, list scenarios."""
 
-from __future__ import annotations
-
 import tempfile
 import webbrowser
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The commands tasks, compare, score and verify: frozen tasks and results on them."""
 
-from __future__ import annotations
-
 import secrets
 import tomllib
 from collections.abc import Sequence
