@@ -97,16 +97,7 @@ _LATER = {
 """Names that are imported at their first use, because to import all takes 0.1 s."""
 _HOMES = {name: f"flockesc_env.{module}" for module, names in _LATER.items() for name in names}
 _MODULES = {
-    "benchmarl",
-    "envs",
-    "flockesc_v1",
-    "jax",
-    "jobs",
-    "models",
-    "policies",
-    "render",
-    "sb3",
-    "torchrl",
+    *("benchmarl", "envs", "flockesc_v1", "jax", "jobs", "models", "policies", "render", "sb3", "torchrl")
 }
 
 _register()

@@ -72,6 +72,29 @@ class FlockBatch:
     def __deepcopy__(self, _memo: dict[int, Any]) -> Self: ...
 
 @final
+class Flock:
+    def __new__(
+        cls,
+        scenario: str,
+        seed: int,
+        positions: _Floats | None,
+        velocities: _Floats | None,
+        num_threads: int | None,
+    ) -> Self: ...
+    def step(
+        self,
+        ranges: _Floats,
+        num_steps: int,
+        predator_actions: _Floats | None,
+        extra_force: _Floats | None,
+    ) -> None: ...
+    def set(self, name: str, vectors: _Floats) -> None: ...
+    def get(self, name: str, ranges: _Floats | None = None) -> NDArray[Any]: ...  # new, or a number
+    def get_state(self) -> bytes: ...
+    def set_state(self, state: bytes) -> None: ...
+    def copy(self) -> Self: ...
+
+@final
 class LineEpisode:
     def __new__(
         cls, scenario: str, options: str, seed: int, initial_state: _Floats | None = None
@@ -102,15 +125,6 @@ def check_flock_scenario(scenario: str) -> str: ...  # with all fields
 def check_line_scenario(scenario: str) -> str: ...
 def check_memory(field: str, num_bytes: int) -> None: ...
 def drawn_flock_scenario(scenario: str, seed: int) -> str: ...
-def simulate_flock(
-    scenario: str,
-    ranges: _Floats,
-    seed: int,
-    positions: _Floats | None,
-    velocities: _Floats | None,
-    num_threads: int | None,
-    predator_actions: _Floats | None = None,
-) -> dict[str, Any]: ...
 def simulate_line(
     scenario: str, interaction_range: float, seed: int, initial_state: _Floats | None = None
 ) -> dict[str, Any]: ...

@@ -1,7 +1,5 @@
 """BenchMARL tasks: every agent of a flock under attack sets its own interaction range."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -7,8 +7,6 @@ the positions. All functions raise ``InputError`` for arguments and scenarios th
 ``jit`` they check the shapes of arrays, but not the numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import fields
 from functools import partial
@@ -17,7 +15,7 @@ from typing import Any, NamedTuple, Unpack
 from flockesc_env.common.checks import as_choice, as_flag, as_floats
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import require
-from flockesc_env.models.simulate import run_flock
+from flockesc_env.models.flock import Flock
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.options import EnvOptionsDict
 from flockesc_env.scenario.predators import ConstantVelocity, Predator, PurePursuit
@@ -62,8 +60,8 @@ def init(scenario: _Scenario, positions: Any, velocities: Any) -> FlockState:
 
 def start(scenario: _Scenario, seed: int) -> FlockState:
     """Return the state at t = 0 of a seed, which ``simulate`` starts from; call it outside of ``jit``."""
-    run = run_flock(_supported(scenario).replace(num_steps=1), 0.0, seed=seed)
-    return init(scenario, run.positions[0], run.velocities[0])
+    flock = Flock(_supported(scenario), seed=seed)
+    return init(scenario, flock.positions, flock.velocities)
 
 
 def step(

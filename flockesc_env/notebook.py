@@ -1,7 +1,5 @@
 """``Replay``: runs that play in a notebook."""
 
-from __future__ import annotations
-
 from base64 import b64encode
 from collections.abc import Sequence
 from contextlib import suppress

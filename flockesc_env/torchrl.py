@@ -1,7 +1,5 @@
 """TorchRL environment of many flocks: one range per agent, or one per flock."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, Final, Unpack
 

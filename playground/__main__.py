@@ -3,8 +3,6 @@
 Usage: python -m playground FOLDER [ADDRESS]. Link previews need ADDRESS, that of the folder on the web.
 """
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys

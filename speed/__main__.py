@@ -1,7 +1,5 @@
 """Entry point of ``python -m speed``."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator
 from dataclasses import asdict

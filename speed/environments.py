@@ -1,10 +1,8 @@
 """Benchmark of environment steps: interfaces of this project, VMAS and MPE2.
 
-``own_parts`` measures the examples of docs/your-own-parts.md beside the same environments without them.
+``own_parts`` measures the examples of docs/your-own-parts.md beside a flock or environment without them.
 One call is an episode of 240 steps with its reset, at a range of 10 m. For slow peers it is a few steps.
 """
-
-from __future__ import annotations
 
 import re
 from collections.abc import Iterator
@@ -17,6 +15,7 @@ import numpy as np
 
 from flockesc_env import FlockEscapeEnv, FlockScenario, NetworkPolicy, parallel_env, rollout
 from flockesc_env.envs.vector import BatchVectorEnv
+from flockesc_env.models import Flock
 from flockesc_env.policies import Architecture
 from flockesc_env.sb3 import vec_env
 from speed.measure import EVERY_STEP, PROJECT, Call, Candidate, Comparison
@@ -134,6 +133,12 @@ def own_parts(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa: A
     page, own = Path("docs/your-own-parts.md").read_text("utf-8"), dict[str, Any]()
     for block in re.findall(r"^```python\n(.*?)^```", page, re.DOTALL | re.MULTILINE):
         exec(block, own)  # noqa: S102, our own text
+    for size, names in ((AGENTS, ("wall", "keep_distance")), (10_000, ("wall",))):
+        scenario = FlockScenario(num_agents=size, initial_side=100 * (size / AGENTS) ** 0.5)
+        forces = {"no force": None, **{name: own[name] for name in names}}
+        flocks = {name: Flock(scenario, seed=0, extra_force=force) for name, force in forces.items()}
+        entries = [steps(name, None, partial(each.step, RANGE), agents=size) for name, each in flocks.items()]
+        yield Comparison(entries, "model step")
     options: dict[str, Any] = {**EVERY_STEP, "action_mode": "range"}
     flock, chased = gymnasium.make(ID, **options), FlockScenario().with_learned_predators()
     for envs in (

@@ -5,8 +5,6 @@ folder ``changes`` does so for changes of an example: in its text, every key of 
 its value. To measure another learner, copy a document and change what describes it.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import statistics

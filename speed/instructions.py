@@ -3,8 +3,6 @@
 A count does not depend on the load of the machine. Valgrind has no AVX-512, so the core runs with AVX2.
 """
 
-from __future__ import annotations
-
 import gc
 import os
 import re

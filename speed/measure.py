@@ -1,7 +1,5 @@
 """Timing of candidates in turns, so that changes of the machine's speed affect all equally; a run's file."""
 
-from __future__ import annotations
-
 import gc
 import math
 import os

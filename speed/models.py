@@ -1,7 +1,5 @@
 """Benchmarks of model steps, of the paper's grid search, and of the machine. This project runs ``sweep``."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Tables and the figure of a benchmark run, and tables of a count, in the report and the README."""
 
-from __future__ import annotations
-
 import math
 import re
 import statistics
@@ -53,13 +51,8 @@ def rendered(page: str, run: Measurements) -> str:
         "environments": _environments(_of(records, "environments")),
         "run": _run(run),
     }
-    names = "|".join(blocks)
-    return re.sub(
-        rf"(<!-- ({names}) -->\n?).*?(\n?<!-- end -->)",
-        lambda match: match[1] + blocks[match[2]] + match[3],
-        page,
-        flags=re.DOTALL,
-    )
+    block = re.compile(rf"(<!-- ({'|'.join(blocks)}) -->\n?).*?(\n?<!-- end -->)", re.DOTALL)
+    return block.sub(lambda match: match[1] + blocks[match[2]] + match[3], page)
 
 
 def with_counts(page: str, counts: dict[str, int]) -> str:

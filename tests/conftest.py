@@ -3,7 +3,9 @@
 import os
 import sys
 from collections import Counter
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -35,6 +37,14 @@ EXPECTED_SKIPS = (
 def repository() -> None:
     """Run all tests in the repository, wherever pytest was started."""
     os.chdir(Path(__file__).parents[1])
+
+
+@pytest.fixture
+def cli(capsys: pytest.CaptureFixture[str]) -> Any:
+    """Return a function that runs a command in this process: ``cli("simulate", "fixed:9").out``."""
+    from cli_runs import Ran  # slow to import
+
+    return partial(Ran, capsys)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -1,7 +1,5 @@
 """``Branches``: values of candidate ranges, from copies of flocks that are played to the end."""
 
-from __future__ import annotations
-
 from typing import cast
 
 import numpy as np

@@ -3,8 +3,6 @@
 Hansen, "The CMA Evolution Strategy: A Tutorial" (2016), in the implementation of the library cmaes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

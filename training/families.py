@@ -1,7 +1,5 @@
 """Families of policies for the search: networks of one architecture, or rules with free parameters."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial

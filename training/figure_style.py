@@ -1,7 +1,5 @@
 """Matplotlib settings and helpers of all figures: sizes, colors of the palette, labels instead of legends."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """``python -m training figures``: ``flockesc compare`` with figures and recorded runs."""
 
-from __future__ import annotations
-
 import json
 import os
 import shlex
@@ -14,12 +12,12 @@ import numpy as np
 
 from flockesc_env import FlockScenario, InputError, load_policy, save_run, simulate
 from flockesc_env.common.files import check_writable, write_text
-from flockesc_env.models import FlockSweepResult
 from flockesc_env.models.records import versions
 from flockesc_env.policies import BasePolicy
-from flockesc_env.policies.compare import ORACLE, Comparison
+from flockesc_env.policies.compare import Comparison
 from flockesc_env.taskset import Task
 from training import plots
+from training.figure_style import save_figure
 
 RECORDS = ("best_fixed_range.npz", "last_policy.npz")
 """Recorded runs of one flock, for ``flockesc watch``."""
@@ -36,10 +34,9 @@ def draw(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: in
     output.mkdir(parents=True, exist_ok=True)
     check_writable(output / "table.md")
     found = task.compare(*entries, num_flocks=num_flocks)
-    search = cast("FlockSweepResult", found.search)
     print(found)
     found.write(output)
-    search.to_parquet(output / "grid_search.parquet")
+    found.search.to_parquet(output / "grid_search.parquet")
     record = {"command": shlex.join(["python", "-m", "training", *sys.argv[1:]]), "versions": versions()}
     write_text(output / "comparison.json", json.dumps(record, indent=2) + "\n")
 
@@ -47,15 +44,14 @@ def draw(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: in
     best = load_policy(f"fixed:{task.scales[found.scenario].best_fixed_range:g}")
     # A typical flock: the lower median of the last policy's paired differences to the best range.
     order = np.argsort([*found.values.values()][-1] - fixed, kind="stable")
-    flock = int(found.search.seeds[order[(len(order) - 1) // 2]])
+    flock = int(found.seeds[order[(len(order) - 1) // 2]])
     scenario = task.scenarios[found.scenario]
     shown = ((fixed_name, best), (last.name, last))
     runs = [(name, simulate(cast("FlockScenario", scenario), policy=one, seed=flock)) for name, one in shown]
     for file, (name, run) in zip(RECORDS, runs, strict=True):
         save_run(run, output / file, name=name)
-    outcomes = {name: values for name, values in found.values.items() if name != ORACLE}
     figures = [
-        plots.objective_against_range(search, task.spec, outcomes, output),
+        save_figure(found.plot(), output / "objective_against_range"),
         plots.flock_over_time(runs, task.spec, output),
         plots.flock_under_attack(runs, task.spec, output),
     ]

@@ -7,8 +7,6 @@ its teacher (``improve``), it is a policy iteration whose values come from rollo
 Munos, "Analysis of classification-based policy iteration algorithms", 2016).
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 from typing import Any
 

@@ -1,6 +1,4 @@
-"""Figures of a comparison: objective against range, one flock over time, one flock under attack."""
-
-from __future__ import annotations
+"""Figures of a comparison: one flock over time, one flock under attack."""
 
 from itertools import cycle, islice
 from pathlib import Path
@@ -10,12 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flockesc_env.common.stats import FloatArray, mean
-from flockesc_env.models import FlockSweepResult, Trajectory
+from flockesc_env.models import Trajectory
 from flockesc_env.render.frames import policy_title
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.objectives import ObjectiveSpec
-from training.figure_style import BAND, RANGES, WIDTH, draw_predator, label_ends, save_figure
+from training.figure_style import RANGES, WIDTH, draw_predator, label_ends, save_figure
 
 Run = tuple[str, Trajectory]
 """Name of a policy, and the run of the flock under it."""
@@ -33,33 +30,6 @@ def _title(name: str, place: int, count: int) -> str:
     """Return the title of a policy; the last one is learned, and its run's name says nothing to others."""
     title = policy_title(name)
     return "learned policy" if place == count - 1 and title == name else title
-
-
-def objective_against_range(
-    search: FlockSweepResult, objective: ObjectiveSpec, outcomes: dict[str, FloatArray], folder: Path
-) -> Path:
-    """Draw the grid search's mean objective with its band, and a level per policy; return the file."""
-    figure = Figure(figsize=(WIDTH, 4.2), layout="constrained")
-    axes = figure.subplots()
-    center, low, high = search.mean_with_interval(objective.name)
-    ranges = search.interaction_ranges
-    axes.fill_between(ranges, low, high, color=BAND, lw=0)
-    axes.plot(ranges, center, color=LIGHT.fixed, lw=1.5)
-    labels = [(float(center[-1]), "one fixed range", LIGHT.fixed)]
-    colors = _colors(len(outcomes))
-    for place, (name, values) in enumerate(outcomes.items()):
-        level, color = mean(values), colors[place]
-        axes.axhspan(level.low, level.high, color=color, alpha=0.15, lw=0)
-        axes.axhline(level.mean, color=color, lw=1.5, ls="--" if place == 0 else "-")
-        title = _title(name, place, len(outcomes))
-        labels.append((level.mean, f"{objective.number(level.mean)} {title}", color))
-    axes.set_xlabel("interaction range (m)")
-    label = objective.with_unit(objective.symbol)
-    axes.set_ylabel(label)
-    axes.set_title(f"{label} on {len(search.seeds)} held-out flocks, 95 % intervals")
-    axes.margins(x=0)
-    label_ends(axes, labels)
-    return save_figure(figure, folder / "objective_against_range")
 
 
 def flock_over_time(runs: list[Run], objective: ObjectiveSpec, folder: Path) -> Path:

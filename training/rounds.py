@@ -1,7 +1,5 @@
 """``Rounds``: the loop of search and imitation, with learning curve and checkpoints."""
 
-from __future__ import annotations
-
 import time
 from abc import ABC, abstractmethod
 from pathlib import Path

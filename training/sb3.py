@@ -1,7 +1,5 @@
 """Training with stable-baselines3 or sb3-contrib: any algorithm on any task, from the table of a learner."""
 
-from __future__ import annotations
-
 import inspect
 import time
 from io import BytesIO

@@ -1,7 +1,5 @@
 """Policy search with CMA-ES: maximizes the objective over the parameters of a small network or a rule."""
 
-from __future__ import annotations
-
 import math
 from copy import deepcopy
 from typing import Any

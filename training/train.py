@@ -1,7 +1,5 @@
 """``train``: a learner of a task, to its policy."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from training.run import Run

@@ -4,8 +4,6 @@ Commands import heavy optional libraries inside functions, after ``require`` has
 ``flockesc`` starts fast.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 from flockesc_env.cli import runs, sweep, tasks

@@ -4,8 +4,6 @@ Commands print results with ``output.show`` or ``output.show_json``, and notes w
 raise the package's errors; ``Application.main`` converts them to messages and exit codes.
 """
 
-from __future__ import annotations
-
 import inspect
 import os
 import re

@@ -1,14 +1,12 @@
 """Flags shared by several commands: scenario, policies, seeds, JSON, progress bar, threads."""
 
-from __future__ import annotations
-
 import dataclasses
 import importlib
 import importlib.util
 import json
 import pickle
 import sys
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from contextlib import suppress
 from difflib import get_close_matches
 from pathlib import Path
@@ -147,16 +145,15 @@ class ScenarioFlags:
 
     def hunted(self, policies: Iterable[BasePolicy], predator: str | None) -> tuple[Scenario, Any]:
         """Return ``build`` and the policy of predators; with one, the scenario has ``Learned`` predators."""
-        hunter = as_predator_policy(predator)
-        scenario = self.build([*policies, *([hunter] if isinstance(hunter, BasePolicy) else [])])
+        hunter = None if predator is None else policy_of(predator, read=as_predator_policy)
+        scenario = self.build([*policies, *([] if hunter is None else [hunter])])
         if hunter is not None and isinstance(scenario, FlockScenario) and not scenario.num_learned:
             scenario = scenario.with_learned_predators()
         return scenario, hunter
 
 
-Predator = Annotated[
-    str | None, *optional(f"policy of the predators: {', '.join(PREDATORS)} or a file (.npz)", "none")
-]
+_HUNTERS = f"policy of the predators: {', '.join(PREDATORS)}, a file (.npz) or a model"
+Predator = Annotated[str | None, *optional(_HUNTERS, "that of the training, or none")]
 """A flag whose policy ``ScenarioFlags.hunted`` returns."""
 
 
@@ -220,8 +217,10 @@ def _value(text: str, path: str) -> Any:
         return text
 
 
-def policy_of(spec: str, *, task: Task | None = None) -> BasePolicy:
-    """Return the policy of an argument: what ``load_policy`` takes, ``module:function``, or a model.
+def policy_of(
+    spec: str, *, task: "Task | None" = None, read: Callable[[str], BasePolicy] = load_policy
+) -> BasePolicy:
+    """Return the policy of an argument: what ``read`` takes, ``module:function``, or a model.
 
     The function returns a policy; its module may lie in the current folder. A model of stable-baselines3,
     for example ``PPO:model.zip``, that does not know its options plays with those of the task, if one is
@@ -233,7 +232,7 @@ def policy_of(spec: str, *, task: Task | None = None) -> BasePolicy:
         return _model_policy(spec, task)
     module, is_code, function = spec.partition(":")
     if not is_code or module == "fixed" or suffix_of(spec) == SUFFIX:
-        return load_policy(spec)
+        return read(spec)
     if str(Path.cwd()) not in sys.path:
         sys.path.append(str(Path.cwd()))  # the script `flockesc` does not search there
     try:
@@ -243,7 +242,7 @@ def policy_of(spec: str, *, task: Task | None = None) -> BasePolicy:
     return as_policy(policy, spec)
 
 
-def _model_policy(spec: str, task: Task | None) -> BasePolicy:
+def _model_policy(spec: str, task: "Task | None") -> BasePolicy:
     require("sb3", ["stable_baselines3"])
     name, _, path = spec.rpartition(":")
     file = Path(path, _BEST) if Path(path, _BEST).is_file() else Path(path)

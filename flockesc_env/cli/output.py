@@ -3,8 +3,6 @@
 Lines may contain strings from files: everything that a terminal would not print is escaped.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import os

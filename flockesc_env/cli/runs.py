@@ -1,7 +1,5 @@
 """The commands simulate, replay, presets and watch: run models once, replay and show runs, list scenarios."""
 
-from __future__ import annotations
-
 import tempfile
 import webbrowser
 from pathlib import Path
@@ -266,8 +264,9 @@ def watch(
             write_video(shown, output, progress=report)
         note(f"saved: {output}")
         return Exit.DONE
-    if runs or hunter or not has_engine():
-        if not (runs or hunter):
+    replays = runs or hunter or any(policy.opponent for _, policy in found)
+    if replays or not has_engine():
+        if not replays:
             note(
                 "This build has no engine for pages: the page replays. `make engine` builds it in a checkout."
             )

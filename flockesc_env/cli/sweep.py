@@ -1,7 +1,5 @@
 """The command ``flockesc sweep``: grid search over fixed interaction ranges."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """The commands tasks, compare, score and verify: frozen tasks and results on them."""
 
-from __future__ import annotations
-
 import secrets
 import tomllib
 from collections.abc import Sequence
@@ -25,7 +23,10 @@ from flockesc_env.cli.flags import (
 from flockesc_env.cli.output import Exit, check_folder, check_output, note, saving, show, show_json, table
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
+from flockesc_env.policies.base import Side
 from flockesc_env.policies.compare import compare as compare_in
+from flockesc_env.policies.registry import as_predator_policy, load_policy
+from flockesc_env.policies.setup import refuse
 from flockesc_env.scenario.options import to_plain
 from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.taskset.results import SUFFIX, UNVERIFIED, Result, Training, check_learner, write_result
@@ -103,6 +104,12 @@ def compare(
     ] = None,
     flocks: Annotated[int, arg(help="number of held-out flocks, or lines")] = 200,
     objective: Annotated[str | None, *optional("objective, without --task", "that of the policy")] = None,
+    side: Annotated[
+        Side, arg(help="whose policies; predator: the smaller the objective, the better")
+    ] = "flock",
+    flock_policy: Annotated[
+        str | None, *optional("policy that predators hunt", "that of their training, or fixed:10")
+    ] = None,
     output: Annotated[
         Path | None, *optional("folder for table and objectives", "print the table only")
     ] = None,
@@ -112,6 +119,8 @@ def compare(
     """Compare policies with the best fixed range, in a task or any scenario.
 
     A task says what a policy may see, and has a rule.
+
+    With --side predator, policies of predators hunt a flock, as for --predator.
 
     --output writes table.md and episodes.parquet.
 
@@ -123,7 +132,11 @@ def compare(
     chosen = None if task is None else tasks[task]
     if output is not None:
         check_folder(output)
-    entries = [policy_of(spec, task=chosen) for spec in policies]
+    hunts = side == "predator"
+    if chosen is not None:
+        refuse({"side": side if hunts else None, "flock_policy": flock_policy}, "none beside --task")
+    read: Any = as_predator_policy if hunts else load_policy
+    entries = [policy_of(spec, task=chosen, read=read) for spec in policies]
     if chosen is not None:
         found = chosen.compare(*entries, scenario=scenario, num_flocks=flocks, num_threads=num_threads)
     else:
@@ -135,13 +148,15 @@ def compare(
             num_tuning=flocks,
             objective=objective,
             num_threads=num_threads,
+            side=side,
+            flock_policy=None if flock_policy is None else policy_of(flock_policy),
         )
     document = {
         "command": "compare",
         "task": found.task,
         "scenario": found.scenario,
         "objective": found.spec.name,
-        "seeds": found.search.seeds.tolist(),
+        "seeds": [*found.seeds],
         "policies": {name: asdict(row) for name, row in found.rows.items()},
     }
     with saving(document if json else str(found).split("\n")):

@@ -4,8 +4,6 @@ Reading executes no code from the file (no pickle) and checks the sizes in heade
 Damaged files raise ``InputError``; ``expected`` is the expected kind of file in its message.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import zipfile
@@ -47,7 +45,7 @@ def write_npz(path: Path, arrays: Mapping[str, Any]) -> None:
         np.savez_compressed(file, allow_pickle=False, **arrays)
 
 
-def write_table(table: pl.DataFrame, path: Path, metadata: dict[str, str] | None = None) -> None:
+def write_table(table: "pl.DataFrame", path: Path, metadata: dict[str, str] | None = None) -> None:
     """Write a table to a Parquet file; an existing file is replaced atomically."""
     packed = BytesIO()  # polars raises its own errors for a full disk
     table.write_parquet(packed, metadata=metadata)

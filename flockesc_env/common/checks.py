@@ -3,8 +3,6 @@
 ``field`` is the name of the argument, for the error message.
 """
 
-from __future__ import annotations
-
 import json
 import operator
 import os

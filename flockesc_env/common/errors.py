@@ -4,8 +4,6 @@ Errors about values read ``field: expected X, got Y``. Errors about the state of
 Messages contain strings from files, so control characters in them are escaped.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches

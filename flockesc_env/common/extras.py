@@ -1,7 +1,5 @@
 """Checks for optional dependencies, which the extras of the package install."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from importlib.util import find_spec
@@ -40,7 +38,7 @@ def figure_style() -> Iterator[None]:
         yield
 
 
-def data_frame(columns: Mapping[str, Any]) -> pl.DataFrame:
+def data_frame(columns: Mapping[str, Any]) -> "pl.DataFrame":
     """Return a polars DataFrame; polars is slow to import and comes with the extra ``analysis``."""
     require("analysis", ["polars"])
     import polars as pl

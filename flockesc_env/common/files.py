@@ -1,7 +1,5 @@
 """Writing of files: every file that the package writes is complete, or stays as it was."""
 
-from __future__ import annotations
-
 import errno
 import hashlib
 import os

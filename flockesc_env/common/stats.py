@@ -1,7 +1,5 @@
 """95 % intervals: t of means, Wilson of shares, bootstrap of the best range; needs the extra ``analysis``."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

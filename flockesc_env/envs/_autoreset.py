@@ -9,8 +9,6 @@
 The environments for stable-baselines3 use ``SAME_STEP``.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

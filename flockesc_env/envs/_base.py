@@ -4,8 +4,6 @@ An environment of flocks is a subclass of ``OneFlock`` or ``ManyFlocks``. Each h
 can be copied (``copy.deepcopy``) and pickled at any time.
 """
 
-from __future__ import annotations
-
 import inspect
 import sys
 from abc import abstractmethod
@@ -22,12 +20,11 @@ from flockesc_env.common.checks import as_choice, as_flag
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.batch import FlockBatch, Observations, PredatorBatch
 from flockesc_env.episodes.current_state import FlockView
-from flockesc_env.episodes.predators import AnyPredatorPolicy, PredatorPolicy
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.episodes.starts import Scenarios, as_scenarios
-from flockesc_env.policies.registry import as_flock_policy, as_predator_policy
-from flockesc_env.policies.rollout import AnyPolicy
-from flockesc_env.policies.rules import FixedRange
+from flockesc_env.policies.base import AnyPolicy, BasePolicy, Side
+from flockesc_env.policies.registry import DEFAULT_FLOCK, as_flock_policy, as_predator_policy
+from flockesc_env.policies.rules import FlyStraight
 from flockesc_env.policies.setup import setup
 from flockesc_env.render.frames import live_frames
 from flockesc_env.render.viewer import RENDER_MODES, Image, Viewer, as_viewer
@@ -60,7 +57,7 @@ class FlockArguments(EnvOptionsDict, total=False):
     render_mode: str | None
     render_size: int
     num_threads: int | None
-    predator_policy: AnyPredatorPolicy | None
+    predator_policy: AnyPolicy
 
 
 class LineArguments(LineOptionsDict, total=False):
@@ -69,9 +66,6 @@ class LineArguments(LineOptionsDict, total=False):
     render_mode: str | None
     render_size: int
 
-
-Side = Literal["flock", "predator"]
-"""Whose observations and actions an environment has."""
 
 Infos = Literal["all", "end"]
 """Which ``info`` dicts of ``step`` have entries: all, or those of agents or slots whose episode has ended."""
@@ -85,7 +79,7 @@ def survives_interrupts(method: Method) -> Method:
     """
 
     @wraps(method)
-    def call(self: Viewed, *args: Any, **kwargs: Any) -> Any:
+    def call(self: "Viewed", *args: Any, **kwargs: Any) -> Any:
         try:
             return method(self, *args, **kwargs)
         except KeyboardInterrupt:
@@ -107,7 +101,7 @@ def named_arguments(function: Callable[..., Any]) -> list[str]:
 def read_only(name: str, path: str) -> Any:
     """Return a property for the setting at ``path``; an assignment raises and says what to do instead."""
 
-    def assign(env: Viewed, value: Any) -> None:
+    def assign(env: "Viewed", value: Any) -> None:
         if value is not getattr(env, name, env):  # `VecEnv` assigns the render mode that it has read
             expected = f"no assignment after creation (create an environment with the new {name})"
             raise InputError(name, expected, shown(value))
@@ -215,7 +209,8 @@ class FlockEnvironment(Viewed):
     _arguments: ClassVar[type] = FlockArguments
     scenario: FlockScenario = read_only("scenario", "_batch.scenario")  # of the first flock
     options: EnvOptions = read_only("options", "_batch.options")
-    predator_policy: PredatorPolicy | None = read_only("predator_policy", "_batch.predator_policy")
+    predator_policy: BasePolicy | None = read_only("predator_policy", "_batch.predator_policy")
+    flock_policy: Any = read_only("flock_policy", "_batch.flock_policy")  # of environments of predators
 
     def __init__(
         self,
@@ -239,7 +234,8 @@ class FlockEnvironment(Viewed):
             raise InputError("flock_policy", "side='predator' beside it", shown(flock_policy))
         else:
             is_per_agent = per_agent is not None and as_flag(per_agent, "per_agent")
-            hunter = as_predator_policy(arguments.get("predator_policy"))
+            given_hunter = arguments.get("predator_policy")
+            hunter = None if given_hunter is None else as_predator_policy(given_hunter)
             self._batch = FlockBatch(given, options, per_agent=is_per_agent, predator_policy=hunter, **batch)
         self.policy_spec: PolicySpec = self._batch.row_spec
         seconds = first.time_step * self._batch.options.steps_per_action
@@ -289,9 +285,9 @@ def _predator_batch(
         raise InputError("predator_policy", "actions of the predator in step()", "a policy")
     scenarios = [given] if isinstance(given, FlockScenario) else given
     scenarios = [each if each.num_learned else each.with_learned_predators() for each in scenarios]
-    player = as_flock_policy(FixedRange(10.0) if flock_policy is None else flock_policy, "flock_policy")
+    player = as_flock_policy(DEFAULT_FLOCK if flock_policy is None else flock_policy, "flock_policy")
     options: Any = {key: value for key, value in arguments.items() if key in EnvOptionsDict.__annotations__}
-    entry = setup(player, scenarios[0], per_agent=per_agent, **options)
+    entry = setup(player, scenarios[0], per_agent=per_agent, predator_policy=FlyStraight(), **options)
     batch = {**batch, "flock_policy": entry.policy, "per_agent": entry.per_agent}
     return PredatorBatch(scenarios if len(scenarios) > 1 else scenarios[0], entry.options, **batch)
 

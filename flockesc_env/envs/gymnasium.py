@@ -1,7 +1,5 @@
 """Gymnasium environments with one flock: one action sets its interaction range, or moves its predator."""
 
-from __future__ import annotations
-
 from typing import Any, Unpack
 
 import gymnasium
@@ -12,7 +10,7 @@ from flockesc_env.common.checks import FloatArray, as_seed
 from flockesc_env.common.errors import InputError
 from flockesc_env.envs._base import FlockArguments, OneFlock, Registered, survives_interrupts
 from flockesc_env.episodes.batch import Observations, info_dicts, is_over
-from flockesc_env.policies.rollout import AnyPolicy
+from flockesc_env.policies.base import AnyPolicy
 from flockesc_env.scenario.flock import FlockScenario
 
 
@@ -47,6 +45,26 @@ class GymnasiumEnv(Registered, OneFlock[Observations], gymnasium.Env[Observation
         self._show()
         return observation, info_dicts(columns, self._ranges_at_start)[0]
 
+    @survives_interrupts
+    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
+        """Set the range, or the predator's acceleration, and run ``steps_per_action`` model steps.
+
+        Args:
+            action: shape (1,), or an integer if the action mode is ``"discrete"``. In ``PredatorEnv`` the
+                acceleration ahead, to the left and, if D = 3, up, shape (D,); 1 is ``max_acceleration``.
+
+        Returns:
+            Observation, reward, terminated, truncated and ``info``.
+
+        Raises:
+            InputError: if the action is outside the action space.
+            ResetNeededError: if called before ``reset`` or after the end of the episode.
+        """
+        observation, reward, has_ended, info = self._batch.step_one(action)
+        self._show()
+        terminated = bool(is_over(info))
+        return observation, reward, terminated, has_ended and not terminated, info
+
     def _resume(self, rows: Observations) -> Observations:
         observation: Observations = rows[0]
         return observation
@@ -76,25 +94,6 @@ class FlockEscapeEnv(GymnasiumEnv):
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.actions.space()
 
-    @survives_interrupts
-    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Set the interaction range and run ``steps_per_action`` model steps.
-
-        Args:
-            action: shape (1,), or an integer if the action mode is ``"discrete"``.
-
-        Returns:
-            Observation, reward, terminated, truncated and ``info``.
-
-        Raises:
-            InputError: if the action is outside the action space.
-            ResetNeededError: if called before ``reset`` or after the end of the episode.
-        """
-        observation, reward, has_ended, info = self._batch.step_one(action)
-        self._show()
-        terminated = bool(is_over(info))
-        return observation, reward, terminated, has_ended and not terminated, info
-
 
 class PredatorEnv(GymnasiumEnv):
     """A predator that attacks a flock, ``flockesc/Predator-v1``; the action is its acceleration.
@@ -107,7 +106,7 @@ class PredatorEnv(GymnasiumEnv):
         scenario: the flock model's parameters, or a preset's name; default: the paper's. Exactly one
             predator must be ``Learned``; if none is, ``scenario.with_learned_predators()`` is used.
         flock_policy: sets the ranges of the flock: a policy, its name or path, or a model of
-            stable-baselines3; ``None``: ``FixedRange(10.0)``. It plays with the options that it knows.
+            stable-baselines3; ``None``: ``"fixed:10"``. It plays with the options that it knows.
         per_agent: True: the flock policy sets one range per agent. False: one for the flock. ``None``: as in
             ``rollout``.
         **arguments: see ``FlockArguments`` (without ``predator_policy``) and ``EnvOptions``.
@@ -127,21 +126,5 @@ class PredatorEnv(GymnasiumEnv):
         super().__init__(scenario, arguments, per_agent=per_agent, side="predator", flock_policy=flock_policy)
         if self._batch.rows != 1:
             raise InputError("predators", "exactly one Learned predator", self._batch.rows)
-        self.flock_policy = self._batch.flock_policy
         self.observation_space = self.policy_spec.layout.space()
         self.action_space = self.policy_spec.space()
-
-    @survives_interrupts
-    def step(self, action: Any) -> tuple[NDArray[np.float32], float, bool, bool, dict[str, Any]]:
-        """Set the predator's acceleration and run ``steps_per_action`` steps; see ``FlockEscapeEnv.step``.
-
-        Args:
-            action: acceleration ahead, to the left and, if D = 3, up, in units of ``max_acceleration``, shape
-                (D,).
-        """
-        given = self._batch.row_spec.plain(action, None, "action")
-        rows, rewards, ended, _, columns = self._batch.step(given)
-        info = info_dicts(columns)[0]
-        self._show()
-        terminated = bool(is_over(info))
-        return rows[0], float(rewards[0]), terminated, bool(ended[0]) and not terminated, info

@@ -1,7 +1,5 @@
 """Gymnasium environment of the line: one action sets the interaction range of all agents."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, Unpack
 

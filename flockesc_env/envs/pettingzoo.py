@@ -1,7 +1,5 @@
 """PettingZoo environments of a flock: an agent per range, and one per learned predator."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Mapping
 from itertools import compress

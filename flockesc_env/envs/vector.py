@@ -1,7 +1,5 @@
 """Gymnasium vector environments of many flocks: one slot per flock, or one slot per agent."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, Unpack, get_args
 
@@ -22,10 +20,10 @@ from flockesc_env.common.checks import (
 )
 from flockesc_env.common.errors import InputError, ResetNeededError, shown
 from flockesc_env.envs import _autoreset
-from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, Side, survives_interrupts
+from flockesc_env.envs._base import FlockArguments, ManyFlocks, Registered, survives_interrupts
 from flockesc_env.episodes.batch import MAX_FLOCKS, Columns, Observations
 from flockesc_env.episodes.starts import Scenarios, as_scenarios, consecutive_seeds
-from flockesc_env.policies.rollout import AnyPolicy
+from flockesc_env.policies.base import AnyPolicy, Side
 from flockesc_env.scenario.flock import FlockScenario
 
 VectorStep = tuple[Observations, FloatArray, NDArray[np.bool], NDArray[np.bool], dict[str, Any]]

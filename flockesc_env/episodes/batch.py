@@ -1,10 +1,8 @@
 """``FlockBatch``: many flocks stepped together, shared by all environments and rollouts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, Final, Literal, cast
+from typing import Any, Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +10,7 @@ from numpy.typing import NDArray
 from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_bytes, as_count, as_threads
 from flockesc_env.common.errors import InputError, ResetNeededError
-from flockesc_env.episodes.predators import PredatorPolicy, PredatorPolicySpec, reset_policy
+from flockesc_env.episodes.predators import PredatorPolicySpec, reset_policy
 from flockesc_env.episodes.spaces import policy_spec
 from flockesc_env.episodes.starts import as_start, distinct_scenarios, fresh_seed
 from flockesc_env.scenario.flock import FlockScenario
@@ -53,6 +51,8 @@ class FlockBatch:
 
     flock_policy: Any = None
     """Sets the ranges of a ``PredatorBatch``."""
+    hunt: FloatArray | None = None
+    """The last actions of the predator policy."""
 
     def __init__(
         self,
@@ -62,7 +62,7 @@ class FlockBatch:
         num_flocks: int = 1,
         per_agent: bool = False,
         num_threads: int | None = None,
-        predator_policy: PredatorPolicy | None = None,
+        predator_policy: Any = None,
         max_actions: int | None = None,
     ) -> None:
         self.num_flocks = as_count(num_flocks, "num_flocks", most=MAX_FLOCKS)
@@ -70,16 +70,19 @@ class FlockBatch:
         self.scenario = first = self._distinct[0]  # of the first slot
         num_steps = max(distinct.num_steps for distinct in self._distinct)
         self.predator_policy_spec = replace(PredatorPolicySpec.of(first), num_steps=num_steps)
-        if predator_policy is not None and not self.predator_policy_spec.count:
-            expected = "a scenario with a Learned predator; scenario.with_learned_predators() makes one"
-            kinds = ", ".join(type(predator).__name__ for predator in first.predators)
-            raise InputError("predator_policy", expected, kinds or "no predator")
+        self.policy_spec = replace(policy_spec(first, options, per_agent=per_agent), num_steps=num_steps)
+        if predator_policy is not None:
+            if not self.predator_policy_spec.count:
+                expected = "a scenario with a Learned predator; scenario.with_learned_predators() makes one"
+                kinds = ", ".join(type(predator).__name__ for predator in first.predators)
+                raise InputError("predator_policy", expected, kinds or "no predator")
+            predator_policy.check_spec(self.predator_policy_spec)
+            self.policy_spec = replace(self.policy_spec, opponent=predator_policy.name)
         self.predator_policy = predator_policy
         # Whether a slot's episode began after the last action of the policy that this batch follows.
         self._has_begun = np.zeros(self.num_flocks, np.bool)
         self.options, self.max_actions = options, max_actions
         threads = as_threads(num_threads)
-        self.policy_spec = replace(policy_spec(first, options, per_agent=per_agent), num_steps=num_steps)
         self.row_spec: Any = self.policy_spec
         self.rows = self.policy_spec.rows  # observation rows and ranges per flock: 1, or the number of agents
         can_be_caught = any(distinct.capture_radius is not None for distinct in self._distinct)
@@ -172,6 +175,10 @@ class FlockBatch:
         """Return the current observations of some slots."""
         return self.core.observe(slots)
 
+    def outcomes(self) -> Columns:
+        """Return the outcomes of every slot, as in ``Episodes``, without ``mean_return``."""
+        return {**self.core.metrics(), "num_components": self.core.num_components()}
+
     def drawn(self, slot: int) -> FlockScenario:
         """Return the scenario of the current episode in one slot, with the drawn values of random fields."""
         scenario = self._distinct[self._scenario_of_slot[slot]]
@@ -219,9 +226,10 @@ class FlockBatch:
         if self._has_begun.any():
             reset_policy(self.predator_policy, self._has_begun.repeat(self.predator_policy_spec.count))
             self._has_begun[:] = False
-        policy = cast("PredatorPolicy", self.predator_policy)
-        actions = policy.act(observations, self.predator_policy_spec)
-        return self.predator_policy_spec.plain(actions, len(observations), "actions of the predator policy")
+        actions = self.predator_policy.act(observations, self.predator_policy_spec)
+        name = "actions of the predator policy"
+        self.hunt = self.predator_policy_spec.plain(actions, len(observations), name)
+        return self.hunt
 
 
 class PredatorBatch(FlockBatch):
@@ -233,7 +241,8 @@ class PredatorBatch(FlockBatch):
     def __init__(self, *arguments: Any, flock_policy: Any, **options: Any) -> None:
         super().__init__(*arguments, **options)
         self.flock_policy, self._flock_rows = flock_policy, np.zeros((0, 0), np.float32)
-        self.row_spec = self.predator_policy_spec
+        known: Any = {"options": self.options, "opponent": flock_policy.name}
+        self.row_spec = replace(self.predator_policy_spec, **known)
         self.rows, self.rows_can_be_caught = self.row_spec.count, False
 
     def observe(self, slots: Sequence[int]) -> Observations:
@@ -274,6 +283,11 @@ class PredatorBatch(FlockBatch):
             out[0][:], out[1][:] = observations, rewards
             observations, rewards = out
         return observations, rewards, has_ended, np.zeros(len(ignored)), columns
+
+    def step_one(self, action: Any) -> tuple[Observations, float, bool, dict[str, Any]]:
+        """Step one predator of one flock as ``FlockBatch.step_one``."""
+        rows, rewards, ended, _, columns = self.step(self.row_spec.plain(action, None, "action"))
+        return rows[0], float(rewards[0]), bool(ended[0]), info_dicts(columns)[0]
 
 
 def info_dicts(columns: Mapping[str, NDArray[Any]], ranges: FloatArray | None = None) -> list[dict[str, Any]]:

@@ -1,7 +1,5 @@
 """``FlockView`` and ``LineView``: read-only access to the state of an environment."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

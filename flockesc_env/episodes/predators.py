@@ -1,10 +1,7 @@
-"""Predator policies: their protocol, the spaces of ``Learned`` predators, and the reset of policies."""
-
-from __future__ import annotations
+"""The observations and actions of ``Learned`` predators, and the reset of policies."""
 
 from dataclasses import dataclass
-from os import PathLike
-from typing import Any, Protocol
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from gymnasium import spaces
@@ -15,6 +12,7 @@ from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.spaces import ObservationLayout, plain_array
 from flockesc_env.scenario.flock import FlockScenario
+from flockesc_env.scenario.options import EnvOptions
 
 Observations = NDArray[np.float32]
 
@@ -29,18 +27,25 @@ class PredatorPolicySpec:
             left and, if D = 3, up, in units of the predator's ``max_acceleration``.
         count: number of ``Learned`` predators per flock. Rows are ordered by flock, then by predator.
         num_steps: number of model steps of an episode; the largest if flocks have different scenarios.
+        scenario: the scenario of the environment; the first one if flocks have different scenarios.
+        options: the options of the environment; ``None`` if they are unknown.
+        opponent: name of the policy that sets the flock's ranges; ``None`` if it is unknown.
     """
 
     layout: ObservationLayout
     dimension: int
     count: int
     num_steps: int
+    scenario: FlockScenario
+    options: EnvOptions | None = None
+    opponent: str | None = None
+    per_agent: ClassVar[bool] = False
 
     @classmethod
-    def of(cls, scenario: FlockScenario) -> PredatorPolicySpec:
+    def of(cls, scenario: FlockScenario) -> Self:
         """Return the spec for the ``Learned`` predators of a scenario; ``count`` may be 0."""
         layout = ObservationLayout.of(_core.predator_observation_entries(scenario.dimension))
-        return cls(layout, scenario.dimension, scenario.num_learned, scenario.num_steps)
+        return cls(layout, scenario.dimension, scenario.num_learned, scenario.num_steps, scenario)
 
     def space(self) -> spaces.Box:
         """Return the action space of one predator, a new Box [-1, 1] of shape (D,)."""
@@ -72,29 +77,6 @@ class PredatorPolicySpec:
             field = name if count is None else f"{name}[{first}]"
             raise InputError(field, "numbers from -1.0 to 1.0", plain[first].tolist())
         return clipped
-
-
-class PredatorPolicy(Protocol):
-    """Protocol of policies that control ``Learned`` predators, for example ``Pursue`` or ``SB3Policy``.
-
-    A policy that keeps a memory between actions also has a method ``reset(rows)``, see ``RowMemory``.
-    """
-
-    def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
-        """Return one action per observation row.
-
-        Args:
-            observations: shape (k, entries), one row per ``Learned`` predator, ordered by flock.
-            spec: shapes and meaning of observations and actions.
-
-        Returns:
-            Actions in [-1, 1], shape (k, D).
-        """
-        ...
-
-
-AnyPredatorPolicy = PredatorPolicy | str | PathLike[str] | Any
-"""A predator policy, its name or path, or a model of stable-baselines3."""
 
 
 def reset_policy(policy: Any, rows: NDArray[np.bool]) -> None:

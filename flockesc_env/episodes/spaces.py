@@ -1,10 +1,8 @@
 """Action and observation spaces of range policies: maps between actions and ranges, observation entries."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import gymnasium
 import numpy as np
@@ -160,7 +158,7 @@ class ObservationLayout:
     high: NDArray[np.float32]
 
     @classmethod
-    def of(cls, entries: list[tuple[str, float, float]]) -> ObservationLayout:
+    def of(cls, entries: list[tuple[str, float, float]]) -> Self:
         """Return the layout of a list of (name, low, high)."""
         names, low, high = zip(*entries, strict=True)
         layout = cls(names, np.array(low, np.float32), np.array(high, np.float32))
@@ -189,6 +187,7 @@ class PolicySpec:
         options: the options of the environment.
         per_agent: True: one row and one action per agent. False: one per flock, or per line.
         num_steps: number of model steps of an episode; the largest if flocks have different scenarios.
+        opponent: name of the policy that controls the ``Learned`` predators; ``None``: there is none.
     """
 
     actions: RangeActions
@@ -197,6 +196,7 @@ class PolicySpec:
     options: EnvOptions | LineOptions
     per_agent: bool
     num_steps: int
+    opponent: str | None = None
 
     def space(self) -> gymnasium.Space[Any]:
         """Return a new action space of one row."""

@@ -1,7 +1,5 @@
 """What episodes start from: seeds of the schedule that all environments follow, scenarios, reset options."""
 
-from __future__ import annotations
-
 import secrets
 from collections.abc import Mapping, Sequence
 from typing import Any, Final

@@ -1,7 +1,5 @@
 """Run jobs by a back end, with one progress bar."""
 
-from __future__ import annotations
-
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence

@@ -1,7 +1,5 @@
 """``Job``, a call of a pure function with plain arguments, and its key; ``Cache``: results of jobs."""
 
-from __future__ import annotations
-
 import dataclasses
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """The back end ``processes``: worker processes of this machine. The driver writes the results."""
 
-from __future__ import annotations
-
 import os
 import signal
 import threading

@@ -1,7 +1,5 @@
 """The back end ``ray``: tasks of a Ray cluster. The driver writes the results; no shared disk is needed."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """The back end ``slurm``: array jobs of SLURM by submitit. Workers write the results to a shared disk."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

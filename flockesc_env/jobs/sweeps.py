@@ -1,7 +1,5 @@
 """Sweeps as jobs: consecutive seeds of one scenario, every range on the same initial states."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

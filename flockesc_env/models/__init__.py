@@ -1,5 +1,6 @@
 """Results of ``simulate``, ``sweep`` and ``scan``, neighbor graphs, measures of order, and recorded runs."""
 
+from flockesc_env.models.flock import Flock
 from flockesc_env.models.graph import component_labels, laplacian, neighbor_pairs, perron_matrix
 from flockesc_env.models.order import (
     binder_cumulant,
@@ -14,6 +15,7 @@ from flockesc_env.models.simulate import LineTrajectory, Trajectory, simulate_li
 from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, SweepResult
 
 __all__ = [
+    "Flock",
     "FlockSweepResult",
     "LineSweepResult",
     "LineTrajectory",

@@ -1,7 +1,5 @@
 """Neighbor graphs: pairs and connected components of a flock, Laplacian and Perron matrix of a line."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from flockesc_env.common.checks import FloatArray, as_floats, as_instance
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
-from flockesc_env.models.simulate import Trajectory
+from flockesc_env.models.simulate import Trajectory, check_recorded
 
 _BLOCK = 2**18
 """Pairs of agents that are in memory together."""
@@ -109,7 +109,8 @@ def binder_cumulant(order_parameter: ArrayLike) -> float:
 def _checked(trajectory: Any) -> tuple[Trajectory, NDArray[np.bool]]:
     """Return a run after a check of its type, and which agents are not caught at each time, (T + 1, n)."""
     run = as_instance(trajectory, "trajectory", Trajectory)
-    return run, (run.caught_at < 0) | (np.arange(len(run.times))[:, None] < run.caught_at)
+    check_recorded(run, "trajectory", "positions", "velocities")
+    return run, ~run.is_caught
 
 
 def _points(run: Trajectory, alive: NDArray[np.bool]) -> Iterator[FloatArray]:

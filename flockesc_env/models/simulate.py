@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray, as_floats, as_seed, as_threads
+from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import data_frame
 from flockesc_env.episodes.starts import fresh_seed
@@ -23,6 +24,12 @@ if TYPE_CHECKING:
     import polars as pl
 
 IntArray = NDArray[np.int64]
+
+RECORDED = (
+    *("positions", "velocities", "predator_positions"),
+    *("mean_distance", "min_distance", "num_components", "polarization", "fraction_surviving"),
+)
+"""Columns of a ``Trajectory`` that ``simulate`` records."""
 
 
 class Displayed(ABC):
@@ -44,8 +51,9 @@ class Displayed(ABC):
 class Trajectory(Displayed):
     """A run of a flock with T steps, as ``simulate`` returns it.
 
-    Arrays of length T + 1 have one entry per time 0, .., T; lengths in m, speeds in m/s, times in s. Tables
-    raise ``MissingExtraError`` without the ``analysis`` extra.
+    Arrays of length T + 1 have one entry per time 0, .., T; lengths in m, speeds in m/s, times in s. With
+    ``simulate(.., every=k)`` T counts the recorded times after 0 instead of steps. A column that ``record``
+    leaves out is empty. Tables raise ``MissingExtraError`` without the ``analysis`` extra.
 
     Attributes:
         scenario: the flock model's parameters; randomized fields have their drawn values.
@@ -53,8 +61,8 @@ class Trajectory(Displayed):
         is_start_given: whether initial positions or velocities were given. If not, the seed determines the
             whole run.
         times: times t, shape (T + 1,).
-        interaction_ranges: rho in every step, shape (T, 1) or, with one range per agent, (T, n).
-        predator_actions: actions of the L ``Learned`` predators in every step, shape (T, L, D).
+        interaction_ranges: rho in the step after each time, shape (T, 1) or, with a range per agent, (T, n).
+        predator_actions: actions of the L ``Learned`` predators in these steps, shape (T, L, D).
         positions: positions r_i(t), shape (T + 1, n, D).
         velocities: velocities v_i(t), shape (T + 1, n, D).
         predator_positions: positions of the P predators r_p(t), shape (T + 1, P, D).
@@ -85,6 +93,17 @@ class Trajectory(Displayed):
     fraction_surviving: FloatArray
     caught_at: IntArray
 
+    @property
+    def is_caught(self) -> NDArray[np.bool]:
+        """Whether each agent is caught at each time, shape (T + 1, n)."""
+        steps = np.rint(self.times / self.scenario.time_step)
+        return (self.caught_at >= 0) & (self.caught_at <= steps[:, np.newaxis])
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether all columns have been recorded in every step."""
+        return all(len(getattr(self, name)) == self.scenario.num_steps + 1 for name in RECORDED)
+
     def _summary(self) -> dict[str, object]:
         return {
             "num_agents": self.scenario.num_agents,
@@ -93,7 +112,7 @@ class Trajectory(Displayed):
             **{
                 spec.name: float(getattr(self, spec.series).min())
                 for spec in self.scenario.objectives.values()
-                if spec.is_defined_in(self.scenario)
+                if spec.is_defined_in(self.scenario) and self.is_complete
             },
         }
 
@@ -102,21 +121,21 @@ class Trajectory(Displayed):
 
         ``run.table().write_csv("run.csv")`` writes it; polars also writes Parquet and Excel.
         """
-        names = ("mean_distance", "min_distance", "num_components", "polarization", "fraction_surviving")
-        return data_frame({"time": self.times, **{name: getattr(self, name) for name in names}})
+        columns = {name: getattr(self, name) for name in RECORDED[3:]}
+        return data_frame({"time": self.times, **{name: row for name, row in columns.items() if len(row)}})
 
     def agents_table(self) -> pl.DataFrame:
         """Return a polars DataFrame with a row per time and agent: position, velocity, caught."""
+        check_recorded(self, "record", "positions", "velocities")
         steps, agents, dimension = self.positions.shape
         axes = "xyz"[:dimension]
-        caught = np.where(self.caught_at < 0, steps, self.caught_at)
         return data_frame(
             {
                 "time": np.repeat(self.times, agents),
                 "agent": np.tile(np.arange(agents), steps),
                 **{axis: self.positions[..., index].ravel() for index, axis in enumerate(axes)},
                 **{f"v{axis}": self.velocities[..., index].ravel() for index, axis in enumerate(axes)},
-                "is_caught": (np.arange(steps)[:, None] >= caught).ravel(),
+                "is_caught": self.is_caught.ravel(),
             }
         )
 
@@ -168,10 +187,19 @@ class LineTrajectory(Displayed):
 
 
 def as_run(value: Any, field: str) -> Trajectory | LineTrajectory:
-    """Return a run after a check of its type."""
+    """Return a run after a check of its type, and that it is complete."""
     if not isinstance(value, Trajectory | LineTrajectory):
         raise InputError(field, "a Trajectory or LineTrajectory", shown(value))
+    if isinstance(value, Trajectory) and not value.is_complete:
+        raise InputError(field, "a run with all columns in every step", "one made with every or record")
     return value
+
+
+def check_recorded(run: Trajectory, field: str, *names: str) -> None:
+    """Raise ``InputError`` on ``field`` unless a run has recorded these columns."""
+    for name in names:
+        if len(getattr(run, name)) != len(run.times):
+            raise InputError(field, f"a run that has recorded {name}", "one without")
 
 
 def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
@@ -182,8 +210,8 @@ def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
         raise InputError("runs", "at least one run", "none")
     for index, run in enumerate(value):
         match run:
-            case (str(), Trajectory()):
-                pass
+            case (str(), Trajectory() as flock):
+                as_run(flock, f"runs[{index}]")
             case _:
                 raise InputError(f"runs[{index}]", "a name and a Trajectory", shown(run))
     return list(value)
@@ -198,6 +226,8 @@ def run_flock(
     initial_velocities: ArrayLike | None = None,
     predator_actions: ArrayLike | None = None,
     num_threads: int | None = None,
+    every: int = 1,
+    record: Sequence[str] | None = None,
 ) -> Trajectory:
     """Run a flock with given ranges for ``scenario.num_steps`` steps; see ``flockesc_env.simulate``.
 
@@ -205,9 +235,9 @@ def run_flock(
     Actions in [-1, 1] of the L ``Learned`` predators have shape (T, L, D); ``None``: 0, they fly straight on.
     """
     agents, steps, axes = scenario.num_agents, scenario.num_steps, scenario.dimension
-    positions = _given(initial_positions, "initial_positions", (agents, axes))
-    velocities = _given(initial_velocities, "initial_velocities", (agents, axes))
-    start = _seed(seed)
+    positions = optional_floats(initial_positions, "initial_positions", (agents, axes))
+    velocities = optional_floats(initial_velocities, "initial_velocities", (agents, axes))
+    start = seed_or_fresh(seed)
     given = as_floats(ranges, "interaction_range", least=0.0)
     if given.shape not in {(), (agents,), (steps, 1), (steps, agents)}:
         expected = f"a scalar or shape ({agents},), ({steps}, 1) or ({steps}, {agents})"
@@ -215,21 +245,42 @@ def run_flock(
     per_step = np.atleast_2d(given)
     threads = as_threads(num_threads)
     actions_shape = (steps, scenario.num_learned, axes)
-    accelerations = _given(predator_actions, "predator_actions", actions_shape)
+    accelerations = optional_floats(predator_actions, "predator_actions", actions_shape)
     if accelerations is None:
         accelerations = np.zeros(actions_shape)
-    document = scenario.to_json()
-    run = _core.simulate_flock(document, per_step, start, positions, velocities, threads, accelerations)
+    every = as_count(every, "every", most=steps)
+    if isinstance(record, str) or not isinstance(record, Sequence | None):
+        raise InputError("record", "a list of names", shown(record))
+    names = RECORDED if record is None else [as_choice(name, "record", RECORDED) for name in record]
+    points = {"positions": agents, "velocities": agents, "predator_positions": len(scenario.predators)}
+    num_times = steps // every + 1
+    shapes = {name: (num_times, *((points[name], axes) if name in points else ())) for name in names}
+    _core.check_memory("num_steps", 8 * sum(map(math.prod, shapes.values())))
+    columns: dict[str, Any] = {
+        name: np.empty(shapes.get(name, 0), np.int64 if name == "num_components" else np.float64)
+        for name in RECORDED
+    }
+    flock = _core.Flock(scenario.to_json(), start, positions, velocities, threads)
+    rows = np.broadcast_to(per_step, (steps, per_step.shape[1]))
+    for step in range(steps + 1):
+        rho = rows[min(step, steps - 1)]
+        if step % every == 0:
+            for name in names:
+                columns[name][step // every] = flock.get(name, rho)
+        if step < steps:
+            flock.step(rho, 1, accelerations[step], None)
     with np.errstate(over="ignore"):
-        times: FloatArray = np.arange(steps + 1) * np.float64(scenario.time_step)
+        times: FloatArray = np.arange(0, steps + 1, every) * np.float64(scenario.time_step)
+    last = (num_times - 1) * every
     return Trajectory(
         scenario=scenario.drawn(start),
         seed=start,
         is_start_given=positions is not None or velocities is not None,
         times=times,
-        interaction_ranges=np.broadcast_to(per_step, (steps, per_step.shape[1])).copy(),
-        predator_actions=accelerations,
-        **run,
+        interaction_ranges=rows[:last:every].copy(),
+        predator_actions=accelerations[:last:every].copy(),
+        caught_at=flock.get("caught_at"),
+        **columns,
     )
 
 
@@ -256,17 +307,19 @@ def simulate_line(
         array([1, 2, 3, 3, 3, 3])
     """
     model = as_scenario(scenario, LineScenario)
-    states = _given(initial_state, "initial_state", (model.num_agents,))
-    start = _seed(seed)
+    states = optional_floats(initial_state, "initial_state", (model.num_agents,))
+    start = seed_or_fresh(seed)
     rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
     run: dict[str, Any] = _core.simulate_line(model.to_json(), rho, start, states)
     is_given = states is not None
     return LineTrajectory(scenario=model, seed=start, is_start_given=is_given, interaction_range=rho, **run)
 
 
-def _given(value: ArrayLike | None, field: str, shape: tuple[int, ...]) -> FloatArray | None:
+def optional_floats(value: ArrayLike | None, field: str, shape: tuple[int, ...]) -> FloatArray | None:
+    """Return ``as_floats``, or ``None`` for ``None``."""
     return None if value is None else as_floats(value, field, shape)
 
 
-def _seed(seed: int | None) -> int:
+def seed_or_fresh(seed: int | None) -> int:
+    """Return a seed; ``None`` becomes a random one from the operating system."""
     return fresh_seed() if seed is None else as_seed(seed)

@@ -3,12 +3,11 @@
 ``BasePolicy`` is the base of this package's policies, ``RowMemory`` that of policies with a memory.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from copy import copy
-from typing import Any, Protocol, Self
+from os import PathLike
+from typing import Any, Literal, Protocol, Self
 
 import gymnasium
 import numpy as np
@@ -24,9 +23,12 @@ from flockesc_env.scenario.presets import Scenario, as_model
 
 Observations = NDArray[np.float32]
 
+Side = Literal["flock", "predator"]
+"""Whose observations and actions a policy, or an environment, has."""
+
 
 class Policy(Protocol):
-    """Protocol of range policies: objects that turn observation rows into actions.
+    """Protocol of policies: objects that turn observation rows into actions, ranges or those of predators.
 
     Only ``act`` is required. A policy that keeps a memory between actions also has a method ``reset(rows)``,
     see ``RowMemory``; rollouts, ``bind`` and ``PredatorEnv`` call it before the first action of every
@@ -34,17 +36,24 @@ class Policy(Protocol):
     attribute ``per_agent = True``.
     """
 
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: Any) -> NDArray[Any]:
         """Return one action per observation row.
 
         Args:
-            observations: shape (k, entries); one row per flock, or one per agent, ordered by flock.
-            spec: shapes and meaning of observations and actions.
+            observations: shape (k, entries); one row per flock, per agent or per ``Learned`` predator,
+                ordered by flock.
+            spec: shapes and meaning of observations and actions: a ``PolicySpec``, or for predators a
+                ``PredatorPolicySpec``.
 
         Returns:
-            Actions in the environment's action space, shape (k, 1) or, for discrete actions, (k,).
+            Actions in the environment's action space, shape (k, 1) or, for discrete actions, (k,). For
+            predators in [-1, 1], shape (k, D).
         """
         ...
+
+
+AnyPolicy = Policy | str | PathLike[str] | Any
+"""A policy, its name or path, or a model of stable-baselines3."""
 
 
 class RowMemory:
@@ -106,23 +115,27 @@ class BasePolicy(ABC):
             ``LineOptions``. With a ``scenario`` these are all that change observations or actions. ``None``:
             it plays with any.
         scenario: the scenario in which the policy was trained; ``None``: it was not trained.
+        opponent: name of the policy against which it was trained, which controlled the other side; ``None``:
+            it has no opponent, and ``Learned`` predators fly straight on.
+        side: whose actions it chooses: ranges of a flock, or those of predators. ``None``: it is unknown.
         observation_space: the space of its observations if it has one, as models of stable-baselines3 do.
     """
 
     name: str = ""
-    sets_ranges: bool = True  # and so cannot control predators
+    side: Side | None = "flock"
     per_agent: bool | None = None
     options: Mapping[str, Any] | None = None
     scenario: Scenario | None = None
+    opponent: str | None = None
     observation_space: gymnasium.Space[Any] | None = None
 
     def __init_subclass__(cls) -> None:
-        """Name the policy after its class."""
+        """Name the policy after its class, which may have another name."""
         super().__init_subclass__()
-        cls.name = cls.__name__
+        cls.name = vars(cls).get("name", cls.__name__)
 
     @abstractmethod
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+    def act(self, observations: Observations, spec: Any) -> NDArray[Any]:
         """Return one action per observation row; see ``Policy.act``."""
 
     def with_options(
@@ -131,6 +144,7 @@ class BasePolicy(ABC):
         name: str | None = None,
         per_agent: bool | None = None,
         scenario: Scenario | None = None,
+        opponent: str | None = None,
         **options: Any,
     ) -> Self:
         """Return a copy with other attributes, unless they are ``None``, and with options beside its own.
@@ -146,6 +160,8 @@ class BasePolicy(ABC):
             made.name = as_text(name, "name")
             if not name.isprintable():
                 raise InputError("name", "printable characters", shown(name))
+        if opponent is not None:
+            made.opponent = as_text(opponent, "opponent")
         if per_agent is not None:
             self._check_view(as_flag(per_agent, "per_agent"))
             vars(made)["per_agent"] = per_agent
@@ -172,9 +188,11 @@ class BasePolicy(ABC):
         """Raise ``InputError`` if the policy was trained with options that it does not know."""
 
     @property
-    def policy_spec(self) -> PolicySpec:
+    def policy_spec(self) -> Any:
         """Observations and actions of the policy in its scenario, by default the paper's flock."""
-        scenario = self.scenario or FlockScenario()
+        scenario: Any = self.scenario or FlockScenario()
+        if self.side == "predator":
+            return PredatorPolicySpec.of(scenario)
         options = scenario.env_options(self.all_options(scenario))
         return policy_spec(scenario, options, per_agent=bool(self.per_agent))
 
@@ -251,6 +269,9 @@ class BasePolicy(ABC):
         if self.options is not None:
             known = {"the policy (use **policy.options)": self.options, "the environment": vars(options)}
             check_origins(known)
+
+    def check_spec(self, spec: Any) -> Any:  # noqa: B027, as ``check_known``
+        """Raise ``InputError`` if the policy is known not to fit some predators."""
 
     def _check_view(self, per_agent: bool) -> None:
         """Raise ``InputError`` unless the policy fits the view."""

@@ -1,12 +1,10 @@
-"""``compare``: policies and the best fixed range on the same flocks; needs the extra ``analysis``."""
-
-from __future__ import annotations
+"""``compare``: policies and their baseline on the same flocks; needs the extra ``analysis``."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,13 +17,19 @@ from flockesc_env.common.files import write_text
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.episodes.batch import Columns
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
-from flockesc_env.models.sweep import FlockSweepResult, LineSweepResult, sweep
-from flockesc_env.policies.base import BasePolicy
-from flockesc_env.policies.registry import NAMES, as_flock_policy
-from flockesc_env.policies.rollout import AnyPolicy, play
+from flockesc_env.models.sweep import FlockSweepResult, sweep
+from flockesc_env.policies.base import AnyPolicy, Side
+from flockesc_env.policies.registry import (
+    DEFAULT_FLOCK,
+    NAMES,
+    PREDATORS,
+    as_flock_policy,
+    as_predator_policy,
+)
+from flockesc_env.policies.rollout import flock_batch, play
 from flockesc_env.policies.rules import FixedRange
 from flockesc_env.policies.sb3 import SB3Policy
-from flockesc_env.policies.setup import Setup, flocks_of, setup, setup_in
+from flockesc_env.policies.setup import Setup, flocks_of, opponent_of, refuse, setup
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.objectives import ObjectiveSpec
@@ -37,8 +41,6 @@ if TYPE_CHECKING:
 
     from flockesc_env.common.stats import Estimate
 
-SearchResult = FlockSweepResult | LineSweepResult
-
 _LOADS: Final = ("mean_range", "mean_heard")
 ORACLE: Final = "hindsight oracle over fixed ranges"
 
@@ -49,17 +51,17 @@ class ComparisonRow:
 
     Attributes:
         objective: mean objective.
-        difference: mean paired difference to the best fixed range.
+        difference: mean paired difference to the baseline, the first row.
         to_rule: mean paired difference to the task's rule; ``None`` without a task.
-        improvement: share of flocks with a larger objective than under the best fixed range; ties count half.
+        improvement: share of flocks with a better objective than under the baseline; ties count half.
         mean_range: mean range, as in ``Episodes``; ``None`` for a line.
         mean_heard: mean number of agents that an agent heard in a step; ``None`` for a line.
     """
 
-    objective: Estimate
-    difference: Estimate
-    to_rule: Estimate | None
-    improvement: Estimate
+    objective: "Estimate"
+    difference: "Estimate"
+    to_rule: "Estimate | None"
+    improvement: "Estimate"
     mean_range: float | None = None
     mean_heard: float | None = None
 
@@ -71,11 +73,15 @@ class Comparison:
     Attributes:
         scenario: name of the scenario.
         spec: the objective.
-        best_range: the best fixed range.
+        seeds: seeds of the flocks.
+        range_unit: unit of ``mean_range``.
+        played: columns by policy: ``objective`` of every flock and, not for lines, ``mean_range`` and
+            ``mean_heard`` as in ``Episodes``. The baseline is first: the best fixed range, or the best
+            built-in predator.
+        flock_policy: name of the flock's policy if predators are compared; ``None`` otherwise.
+        best_range: the best fixed range; this and the next three are ``None`` for predators.
         search: the grid search over fixed ranges on these flocks.
         heard: mean number of agents heard in every run of ``search``; ``None`` for lines.
-        played: columns by policy: ``objective`` of every flock and, not for lines, ``mean_range`` and
-            ``mean_heard`` as in ``Episodes``. The best fixed range is first.
         tuning: the grid search that chose the best fixed range; ``None`` for a task, which knows it.
         task: name of the task; ``None`` without a task.
         rule: name of the task's rule, the best policy without training; ``None`` without a task.
@@ -83,11 +89,14 @@ class Comparison:
 
     scenario: str
     spec: ObjectiveSpec
-    best_range: float
-    search: SearchResult
-    heard: FloatArray | None
+    seeds: range
+    range_unit: str
     played: Mapping[str, Columns]
-    tuning: SearchResult | None = None
+    flock_policy: str | None = None
+    best_range: Any = None
+    search: Any = None
+    heard: FloatArray | None = None
+    tuning: Any = None
     task: str | None = None
     rule: str | None = None
 
@@ -101,21 +110,22 @@ class Comparison:
         """The rows of the table with 95 % intervals over flocks, by policy."""
         from flockesc_env.common import stats  # optional and slow to import
 
-        fixed, rule = next(iter(self.values.values())), self.values.get(self.rule or "")
+        first, rule = next(iter(self.values.values())), self.values.get(self.rule or "")
+        sign = 1 if self.flock_policy is None else -1
         return {
             name: ComparisonRow(
                 stats.mean(values),
-                stats.mean(values - fixed),
+                stats.mean(values - first),
                 None if rule is None else stats.mean(values - rule),
-                stats.improvement(values, fixed),
-                *(float(self.played[name][load].mean()) for load in _LOADS if self.heard is not None),
+                stats.improvement(sign * values, sign * first),
+                *(float(self.played[name][load].mean()) for load in _LOADS if load in self.played[name]),
             )
             for name, values in self.values.items()
         }
 
-    def table(self) -> pl.DataFrame:
+    def table(self) -> "pl.DataFrame":
         """Return a polars DataFrame with one row per policy and flock: policy, seed, ``played``."""
-        seeds, names = self.search.seeds, [*self.played]
+        seeds, names = np.array(self.seeds, np.uint64), [*self.played]
         columns = {"policy": np.repeat(names, len(seeds)), "seed": np.tile(seeds, len(names))}
         for name in self.played[names[0]]:
             columns[name] = np.concatenate([each[name] for each in self.played.values()])
@@ -128,64 +138,67 @@ class Comparison:
         write_table(self.table(), folder / "episodes.parquet")
 
     @figure_style()
-    def plot(self, against: str = "range") -> Figure:
+    def plot(self, against: str = "range") -> "Figure":
         """Return a Matplotlib figure: the objective against the fixed range, and a line per policy.
 
         ``against="heard"``: against the mean number of agents heard, with a point per policy. Bands and bars
         are 95 % intervals. A dashed line marks the best fixed range.
         """
+        if self.search is None:
+            raise InputError("plot", "a comparison of ranges (table() has the objectives)", "predators")
         as_choice(against, "against", ["range"] if self.heard is None else ["range", "heard"])
         from matplotlib.figure import Figure  # optional and slow to import
 
-        figure = Figure(figsize=(6.5, 4), layout="constrained")
-        axes = figure.subplots()
-        places, unit = self.search.interaction_ranges, self.search.scenario.range_unit
-        best, has_bands = places.searchsorted(self.best_range), len(self.search.seeds) > 1
-        axes.set_xlabel(f"interaction range ({unit})" if unit else "interaction range")
-        if against == "heard":
-            places = cast("FloatArray", self.heard).mean(axis=1)
-            axes.set_xlabel("agents heard per agent and step")
+        figure = Figure(figsize=(8.3, 4.2), layout="constrained")
+        axes, has_bands, is_range = figure.subplots(), len(self.seeds) > 1, against == "range"
+        unit = f" ({self.range_unit})" if self.range_unit else ""
+        axes.set_xlabel(f"interaction range{unit}" if is_range else "agents heard per agent and step")
+        places = self.search.interaction_ranges
+        best = places.searchsorted(self.best_range)
+        places = places if is_range else cast("FloatArray", self.heard).mean(axis=1)
         if has_bands:
             axes.fill_between(places, *self.search.mean_with_interval(self.spec.name)[1:], color="0.88", lw=0)
         axes.plot(places, self.spec.values(self.search).mean(axis=1), color="0.25", label="one fixed range")
-        axes.axvline(places[best], color="0.25", ls="--", lw=1, label=next(iter(self.values)))
-        policies = [item for item in [*self.rows.items()][1:] if item[0] != ORACLE]
-        for place, (name, row) in enumerate(policies):
+        for place, (name, row) in enumerate(self.rows.items()):
             color, (center, low, high) = f"C{place % 10}", vars(row.objective).values()
-            if against == "heard":
+            label = f"{self.spec.number(center)} {name}"
+            if place == 0:
+                axes.axvline(places[best], color="0.25", ls="--", lw=1, label=label)
+            elif is_range and name != ORACLE:
+                axes.axhline(center, color=color, label=label)
+                if has_bands:
+                    axes.axhspan(low, high, color=color, alpha=0.15, lw=0)
+            elif name != ORACLE:
                 bars = [[center - low], [high - center]] if has_bands else None
-                axes.errorbar(cast("float", row.mean_heard), center, bars, fmt="o", color=color, label=name)
-                continue
-            axes.axhline(center, color=color, label=name)
-            if has_bands:
-                axes.axhspan(low, high, color=color, alpha=0.15, lw=0)
+                axes.errorbar(cast("float", row.mean_heard), center, bars, fmt="o", color=color, label=label)
         axes.set_ylabel(self.spec.with_unit(self.spec.symbol))
-        axes.set_title(f"{len(self.search.seeds)} held-out {self.spec.model}s", loc="left", fontsize="medium")
-        axes.margins(x=0 if against == "range" else None)
-        axes.legend(fontsize="small")
+        title = f"{len(self.seeds)} held-out {self.spec.model}s, 95 % intervals"
+        axes.set_title(title, loc="left", fontsize="medium")
+        axes.margins(x=0 if is_range else None)
+        axes.spines[["top", "right"]].set_visible(False)
+        figure.legend(loc="outside right upper", fontsize="small", frameon=False)
         figure.draw_without_rendering()  # creates the labels of ticks in this style
         return figure
 
     def __str__(self) -> str:
         spec, rule, many = self.spec, self.rule, f"{self.spec.model}s"
         task = f" of the task {self.task}" if self.task else ""
+        where = f"{self.scenario} against {self.flock_policy}: the smaller, the better"
+        best, what = ("built-in", "predator") if self.flock_policy else ("fixed", "range")
         chosen = "other seeds" if self.tuning is None else f"{len(self.tuning.seeds)} tuning {many}"
         lines = [
-            f"{spec.with_unit(spec.symbol)}{task} on {len(self.search.seeds)} held-out {many}"
-            f" in {self.scenario}; 95 % intervals: t, Wilson for shares.",
-            f"Differences to the best fixed range are paired. The range was chosen on {chosen}.",
+            f"{spec.with_unit(spec.symbol)}{task} on {len(self.seeds)} held-out {many}"
+            f" in {where if self.flock_policy else self.scenario}; 95 % intervals: t, Wilson for shares.",
+            f"Differences to the best {best} {what} are paired. The {what} was chosen on {chosen}.",
         ]
         if self.tuning is not None and (
             self.tuning.interaction_ranges.max() == self.best_range < _complete(self.search.scenario)
         ):
             lines.append("It is the largest range of the grid: longer ones may be better (ranges=..).")
-        head = ["policy", "objective", "minus best fixed", *([f"minus {rule}"] if rule else [])]
+        head = ["policy", "objective", f"minus best {best}", *([f"minus {rule}"] if rule else [])]
         head.append("probability of improvement")
-        head += (
-            [f"mean range ({self.search.scenario.range_unit})", "agents heard"]
-            if self.heard is not None
-            else []
-        )
+        if next(iter(self.rows.values())).mean_heard is not None:
+            head += [f"mean range ({self.range_unit})", "agents heard"]
         lines += ["", f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
         for place, (name, row) in enumerate(self.rows.items()):
             cells = [name, f"{row.objective:.{spec.digits}f}"]
@@ -209,6 +222,8 @@ def compare(
     ranges: ArrayLike | None = None,
     num_threads: int | None = None,
     env: Any = None,
+    side: Side = "flock",
+    flock_policy: AnyPolicy = None,
     **options: Any,
 ) -> Comparison:
     """Play policies and the best fixed range on the same flocks, or lines, of any scenario.
@@ -216,21 +231,28 @@ def compare(
     The best fixed range is chosen on tuning flocks, with seeds from 1,000,000 on. Results come from held-out
     flocks, with seeds from 2,000,000 on. ``task.compare`` compares on a task.
 
+    With ``side="predator"``, policies of predators hunt the same flocks instead: the smaller the objective,
+    the better. The baseline is the best of ``"fly-straight"``, ``"pursue"`` and ``"pursue-centroid"``.
+
     Args:
         scenario: the model's parameters, or a preset's name; ``None``: that of ``env`` or the first policy.
-        *policies: policies, names of built-in ones, paths of policy files, or models of stable-baselines3.
+            With ``side="predator"``, predators become ``Learned`` if none is.
+        *policies: policies of ``side``, their names, paths of policy files, or models of stable-baselines3.
         num_flocks: number of held-out flocks.
         num_tuning: number of tuning flocks.
         objective: an objective of the scenario; ``None``: that of the first policy's options.
         ranges: fixed ranges among which the best one is chosen; ``None``: ``scenario.search_ranges``.
         num_threads: number of threads; ``None``: one per core.
         env: an environment in which models of stable-baselines3 play, as in ``rollout``.
+        side: whose policies are compared.
+        flock_policy: sets the ranges that ``side="predator"`` hunts; ``None``: that of the training of the
+            first policy, or else ``"fixed:10"``.
         **options: options of ``rollout`` for all policies, also ``per_agent`` and ``predator_policy``. No
             fixed range exceeds a ``max_range`` that is given.
 
     Raises:
         InputError: if there is no policy, one cannot play in the scenario with the options, or an argument
-            is out of bounds; if the scenario lacks what the objective requires, such as a predator.
+            is out of bounds or of the other side; if the scenario lacks what the objective requires.
 
     Examples:
         >>> found = compare("paper-flock", "stubborn-leaders", num_flocks=3, num_tuning=3)
@@ -242,44 +264,72 @@ def compare(
         raise InputError("policies", "at least one policy", "none")
     held_out = HELD_OUT[: as_count(num_flocks, "num_flocks", most=len(HELD_OUT))]
     tuning = TUNING[: as_count(num_tuning, "num_tuning", most=len(TUNING))]
+    hunts = as_choice(side, "side", get_args(Side)) == "predator"
+    other = {"ranges": ranges, "env": env, "predator_policy": options.get("predator_policy")}
+    refuse(other if hunts else {"flock_policy": flock_policy}, f"None beside side={side!r}")
+    read: Any = as_predator_policy if hunts else as_flock_policy
+    first = read(policies[0])
     if env is not None:
         options.setdefault("predator_policy", flocks_of(env).predator_policy)
         scenario = flocks_of(env).scenario if scenario is None else scenario
-    model: Any = as_flock_policy(policies[0]).scenario or FlockScenario()
+    model: Any = first.scenario or FlockScenario()
     model = model if scenario is None else as_model(scenario)
+    if hunts:
+        if isinstance(model, LineScenario):
+            raise InputError("scenario", "a flock, which predators can hunt", "a line")
+        model = model if model.num_learned else model.with_learned_predators()
+        if flock_policy is None:
+            flock = opponent_of(first, as_flock_policy) or as_flock_policy(DEFAULT_FLOCK)
+            options = {**(first.options or {}), **options}
+        else:
+            flock = as_flock_policy(flock_policy, "flock_policy")
+    elif env is None and options.get("predator_policy") is None and getattr(model, "num_learned", False):
+        options["predator_policy"] = opponent_of(first, as_predator_policy)
     if objective is not None:
         as_choice(objective, "objective", model.objectives)
 
-    def prepare(policy: BasePolicy) -> Setup:
+    def prepare(policy: Any) -> Setup:
         if env is not None and isinstance(policy, SB3Policy):
-            return setup_in(env, policy, model, num_threads=num_threads, **options)
+            return setup(policy, model, env=env, num_threads=num_threads, **options)
+        player, given = (flock, options | {"predator_policy": policy}) if hunts else (policy, options)
         # A trained policy may have learned another objective; a rule observes this one.
-        is_told = objective is not None and policy.scenario is None and model.model == "flock"
-        aim: Any = {"objective": objective} if is_told else {}
-        return setup(policy, model, num_threads=num_threads, **aim, **options)
+        if objective is not None and player.scenario is None and model.model == "flock":
+            given = given | {"objective": objective}
+        entry = setup(player, model, num_threads=num_threads, **given)
+        if hunts:
+            flock_batch(entry, 1)  # refuses predators that cannot act in the scenario
+        return entry
 
-    entries = prepared(policies, prepare)
-    first = next(iter(entries.values()))
+    entries = prepared(policies, prepare, read)
+    lead = next(iter(entries.values()))
     spec = next(iter(model.objectives.values()))
-    spec = model.objectives[objective or getattr(first.options, "objective", spec.name)]
+    spec = model.objectives[objective or getattr(lead.options, "objective", spec.name)]
     if not spec.is_defined_in(model):
         raise InputError("scenario", f"{spec.requires}, which the objective {spec.name} requires", "none")
-    grid = _grid(model, ranges, first.options.max_range if "max_range" in options else np.inf)
-    search, _ = _search(first, grid, tuning)
     named = isinstance(scenario, str) and scenario in PRESETS
-    name = scenario if named else f"a {model.model} of {model.num_agents} agents"
+    name: Any = scenario if named else f"a {model.model} of {model.num_agents} agents"
+    if hunts:
+        built_in = prepared(PREDATORS, prepare, read)
+        reached = {each: play(entry, tuning)[spec.name].mean() for each, entry in built_in.items()}
+        best = min(reached, key=lambda each: reached[each])
+        played = _played({f"best built-in predator ({best})": built_in[best], **entries}, spec, held_out)
+        return Comparison(name, spec, held_out, model.range_unit, played, flock.name)
+    grid = _grid(model, ranges, lead.options.max_range if "max_range" in options else np.inf)
+    search, _ = _search(lead, grid, tuning)
     return judged(entries, spec, grid, search.best_range(spec.name), held_out, scenario=name, tuning=search)
 
 
-def prepared(policies: Iterable[Any], prepare: Callable[[BasePolicy], Setup]) -> dict[str, Setup]:
+def prepared(
+    policies: Iterable[Any], prepare: Callable[[Any], Setup], read: Callable[[Any], Any] = as_flock_policy
+) -> dict[str, Setup]:
     """Return how policies play, by name; errors begin with the name. Equal names get numbers."""
     entries: dict[str, Setup] = {}
-    for policy in map(as_flock_policy, policies):
+    for policy in map(read, policies):
         name = policy.name
         with errors_at(f"{name}: "):
             entry = prepare(policy)
         if name in entries:
-            is_built_in = name in NAMES or name.startswith("fixed:")
+            is_built_in = name in (*NAMES, *PREDATORS) or name.startswith("fixed:")
             if is_built_in and entry.options == entries[name].options:
                 continue
             name = next(each for each in (f"{name} ({number})" for number in count(2)) if each not in entries)
@@ -303,11 +353,17 @@ def judged(
     name, at = f"best fixed range ({best:g}{unit})", ranges.searchsorted(best)
     every, last = np.arange(len(seeds)), columns[spec.name].argmax(axis=0)
     played = {name: _kept(columns, spec, (at, every)), ORACLE: _kept(columns, spec, (last, every))}
+    played |= _played(entries, spec, seeds)
+    facts |= {"range_unit": first.scenario.range_unit, "best_range": best, "heard": columns.get("mean_heard")}
+    return Comparison(spec=spec, seeds=seeds, search=search, played=played, **facts)
+
+
+def _played(entries: Mapping[str, Setup], spec: ObjectiveSpec, seeds: range) -> dict[str, Columns]:
+    played = {}
     for name, entry in entries.items():
         with progress_bar(f"Policy {name}", len(seeds)) as report:
-            played[name] = _kept(play(entry, seeds, progress=report), spec, every)
-    heard = columns.get("mean_heard")
-    return Comparison(spec=spec, best_range=best, search=search, heard=heard, played=played, **facts)
+            played[name] = _kept(play(entry, seeds, progress=report), spec, slice(None))
+    return played
 
 
 def _kept(columns: Mapping[str, Any], spec: ObjectiveSpec, at: Any) -> Columns:
@@ -333,7 +389,7 @@ def _complete(scenario: Scenario) -> float:
     return {"neighbors": scenario.num_agents - 1.0, "": 1.0}.get(scenario.range_unit, np.inf)
 
 
-def _search(entry: Setup, ranges: FloatArray, seeds: range) -> tuple[SearchResult, Mapping[str, Any]]:
+def _search(entry: Setup, ranges: FloatArray, seeds: range) -> tuple[Any, Mapping[str, Any]]:
     """Return the grid search in a scenario, and columns of shape (ranges, seeds).
 
     Flocks are played, because only an episode has a predator policy and the number of agents heard.

@@ -1,12 +1,10 @@
 """``NetworkPolicy``: small neural networks as policies, which the core computes; networks of torch."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from itertools import pairwise
-from typing import Any, Literal, cast, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,7 +23,6 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import PolicySpec, RangeActions
 from flockesc_env.policies.base import BasePolicy, Observations, RowMemory
-from flockesc_env.scenario.flock import FlockScenario
 
 Parameters = NDArray[np.float32]
 Squash = Literal["clip", "tanh"]
@@ -164,7 +161,7 @@ class PredatorNetwork(NetworkPolicy):
         InputError: as ``NetworkPolicy``, and if ``architecture`` has another head than a value or a memory.
     """
 
-    sets_ranges = False
+    side = "predator"
     per_agent = False
 
     def __init__(self, architecture: Architecture, parameters: ArrayLike) -> None:
@@ -175,20 +172,13 @@ class PredatorNetwork(NetworkPolicy):
         self.dimension = 3 if given.size == architecture.size + 2 * one_more else 2
         super().__init__(architecture, parameters)
 
-    @property
-    def policy_spec(self) -> PredatorPolicySpec:  # type: ignore[override]
-        """Observations and actions of the predators of its scenario, which ``with_options`` gave it."""
-        return PredatorPolicySpec.of(cast("FlockScenario", self.scenario))
-
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:  # type: ignore[override]
-        """Return one action per observation row; see ``PredatorPolicy.act``.
+        """Return one action per observation row; see ``Policy.act``.
 
         Raises:
             InputError: if the dimension differs, or an input is not in the observation.
         """
-        if spec.dimension != self.dimension:
-            raise InputError("dimension", f"{self.dimension}, of the predator's network", spec.dimension)
-        inputs = [spec.layout.index(name) for name in self.architecture.inputs]
+        inputs = self.check_spec(spec)
         widths = [len(inputs), *self.architecture.hidden, self.dimension]
         parameters = self.parameters.astype(np.float64)
         if self.architecture.squash == "tanh":  # before a layer that changes nothing
@@ -196,6 +186,12 @@ class PredatorNetwork(NetworkPolicy):
             parameters = np.append(parameters, np.eye(self.dimension + 1, self.dimension))
         outputs = tanh_layers(widths, parameters, observations[:, inputs].astype(np.float64))
         return outputs.clip(-1.0, 1.0).astype(np.float32)
+
+    def check_spec(self, spec: PredatorPolicySpec) -> list[int]:
+        """Return the columns of the inputs; a network for other predators raises ``InputError``."""
+        if spec.dimension != self.dimension:
+            raise InputError("dimension", f"{self.dimension}, of the predator's network", spec.dimension)
+        return [spec.layout.index(name) for name in self.architecture.inputs]
 
 
 def choices(

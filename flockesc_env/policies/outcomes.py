@@ -1,7 +1,5 @@
 """``Episodes`` and ``LineEpisodes``: outcomes of rollouts, one entry per seed."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Final, Self
@@ -29,7 +27,7 @@ class _Rows(Displayed):
         names = [field.name for field in fields(cls) if field.name != "seeds"]  # type: ignore[arg-type]
         return cls(seeds=np.array(seeds, np.uint64), **{name: columns[name] for name in names})  # type: ignore[call-arg]
 
-    def table(self) -> pl.DataFrame:
+    def table(self) -> "pl.DataFrame":
         """Return a polars DataFrame (extra ``analysis``) with one row per seed and a column per attribute."""
         columns = dict(vars(self))
         return data_frame({"seed": columns.pop("seeds"), **columns})

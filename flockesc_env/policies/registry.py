@@ -1,7 +1,5 @@
 """Policies by name and in files (npz): ``load_policy``, ``as_policy``, ``bind``, ``save_policy``."""
 
-from __future__ import annotations
-
 import json
 import math
 import os
@@ -73,12 +71,15 @@ _BUILT_IN: Final[dict[str, tuple[Callable[[], BasePolicy], dict[str, Any]]]] = {
 }
 """Constructor and options of each policy; those without options play with any."""
 
-PREDATORS: Final[dict[str, Callable[[], Any]]] = {
+PREDATORS: Final[dict[str, Callable[[], BasePolicy]]] = {
     "fly-straight": rules.FlyStraight,
     "pursue": rules.Pursue,
     "pursue-centroid": partial(rules.Pursue, "centroid"),
 }
 """Constructors of the built-in policies of predators by name."""
+
+DEFAULT_FLOCK: Final = "fixed:10"
+"""The policy of a flock against which predators play by default."""
 
 NAMES = ("fixed:RHO", *_BUILT_IN)
 """Names of the built-in policies, which docs/policies.md describes. ``fixed:10`` is a fixed range of 10 m."""
@@ -116,6 +117,8 @@ def find_policy(policy: Any, argument: str) -> BasePolicy:
         if suffix_of(spec) != SUFFIX:
             expected = "fixed:RHO with a finite number RHO >= 0, such as fixed:10"
             raise InputError(argument, expected, shown(spec))
+    if spec in PREDATORS:
+        return PREDATORS[spec]()
     if spec in _BUILT_IN:
         make, options = _BUILT_IN[spec]
         rule = make()
@@ -153,6 +156,7 @@ class GivenPolicy(BasePolicy):
     def __init__(self, policy: Policy) -> None:
         self.policy = policy
         self.name = type(policy).__name__
+        self.side = getattr(policy, "side", None)
         own = {name: getattr(policy, name, None) for name in ("name", "per_agent", "scenario")}
         options = getattr(policy, "options", None) or {}
         vars(self).update(vars(self.with_options(**own, **options)))
@@ -189,33 +193,29 @@ def as_policy(value: Any, argument: str = "policy") -> BasePolicy:
 
 def as_flock_policy(value: Any, argument: str = "policy") -> BasePolicy:
     """Return ``as_policy``; policies that are known to control predators are refused."""
-    found = value if isinstance(value, rules.FlyStraight | rules.Pursue) else as_policy(value, argument)
-    if isinstance(found, rules.FlyStraight | rules.Pursue | PredatorNetwork):
+    if (found := as_policy(value, argument)).side == "predator":
         expected = "a policy that sets ranges (predator_policy=.. takes policies of predators)"
-        raise InputError(argument, expected, shown(value))
+        raise InputError(argument, expected, repr(found.name))
     return found
 
 
-def as_predator_policy(value: Any) -> Any:
-    """Return a policy of predators, given as an object, a name, a path or a model, or ``None``.
+def as_predator_policy(value: Any) -> BasePolicy:
+    """Return a policy of predators, given as an object, a name, a path or a model.
 
     Raises:
         InputError: if it is none of these, or is known to set the ranges of a flock.
     """
-    found = value
+    expected = (
+        f"{', '.join(PREDATORS)}, a policy file (.npz), a predator's model or an object with a method act"
+    )
     if isinstance(value, str | os.PathLike):
         spec = os.fspath(as_path(value, "predator_policy"))
         if spec not in PREDATORS and policy_file(spec) is None:
-            expected = f"{', '.join(PREDATORS)}, or a policy file (.npz)"
             raise InputError("predator_policy", expected, shown_name(spec, PREDATORS))
-        found = PREDATORS[spec]() if spec in PREDATORS else find_policy(spec, "predator_policy")
-    elif callable(getattr(value, "predict", None)) and not (isinstance(value, type) or hasattr(value, "act")):
-        found = SB3Policy(value)
-    is_policy = not isinstance(found, type) and callable(getattr(found, "act", None))
-    if value is not None and (not is_policy or getattr(found, "sets_ranges", False)):
-        expected = f"{', '.join(PREDATORS)}, a policy file, a predator's model or an object with a method act"
-        given = f"{shown(value)}, which sets ranges of a flock" if is_policy else shown(value)
-        raise InputError("predator_policy", expected, given)
+    elif not callable(getattr(value, "act", getattr(value, "predict", None))):
+        raise InputError("predator_policy", expected, shown(value))
+    if (found := as_policy(value, "predator_policy")).side == "flock":
+        raise InputError("predator_policy", expected, f"{shown(value)}, which sets ranges of a flock")
     return found
 
 
@@ -272,6 +272,7 @@ def save_policy(policy: BasePolicy | Any, path: str | Path) -> None:
         "scenario": json.loads(scenario.to_json()),
         "per_agent": per_agent,
         "options": to_plain(kept),
+        **({"opponent": policy.opponent} if policy.opponent else {}),
         "architecture": (
             asdict(policy.architecture) if isinstance(policy, NetworkPolicy) else type(policy).__name__
         ),
@@ -312,7 +313,8 @@ def _stored_policy(header: dict[str, Any], parameters: Any) -> BasePolicy:
         kind = PredatorNetwork if is_predator else NetworkPolicy
         policy = kind(Architecture(**{**architecture, **lists}), parameters)
         _check_inputs(policy, scenario, options, per_agent)
-    return policy.with_options(name=name, per_agent=per_agent, scenario=scenario, **options)
+    known: Any = {"name": name, "per_agent": per_agent, "scenario": scenario}
+    return policy.with_options(**known, opponent=header.get("opponent"), **options)
 
 
 def _check_inputs(policy: NetworkPolicy, scenario: Scenario, options: Any, per_agent: bool) -> None:

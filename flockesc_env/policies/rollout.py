@@ -1,7 +1,5 @@
 """``rollout``: run a policy on many seeds. ``play``: the same for a ``Setup``."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, Literal, cast, overload
 
@@ -12,18 +10,15 @@ from flockesc_env import _core
 from flockesc_env.common.checks import FloatArray, as_count, as_seeds, as_threads
 from flockesc_env.common.progress import Progress, reporting
 from flockesc_env.episodes.batch import Columns, FlockBatch, Step
-from flockesc_env.episodes.predators import AnyPredatorPolicy, reset_policy
+from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import RangeActions, policy_spec
-from flockesc_env.policies.base import BasePolicy, Observations, Policy
+from flockesc_env.policies.base import AnyPolicy, Observations, Policy
 from flockesc_env.policies.network import NetworkPolicy, Parameters, choices
 from flockesc_env.policies.outcomes import RESULTS, Episodes, LineEpisodes
-from flockesc_env.policies.setup import Setup, refuse, setup, setup_in
+from flockesc_env.policies.setup import Setup, refuse, setup
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.options import EnvOptions, LineOptions
-
-AnyPolicy = Policy | BasePolicy | str | Any
-"""A policy, its name or path, or a model of stable-baselines3."""
 
 
 @overload
@@ -44,7 +39,7 @@ def rollout(
     per_agent: bool | None = None,
     batch_size: int | None = None,
     num_threads: int | None = None,
-    predator_policy: AnyPredatorPolicy | None = None,
+    predator_policy: AnyPolicy = None,
     progress: Progress | bool | None = None,
     env: Any = None,
     **options: Any,
@@ -95,10 +90,8 @@ def rollout(
     checked = as_seeds(seeds)
     size = None if batch_size is None else as_count(batch_size, "batch_size")
     given: Any = {"per_agent": per_agent, "predator_policy": predator_policy, "num_threads": num_threads}
-    if env is None:
-        entry = setup(policy, scenario, **given, **options)
-    else:
-        entry = setup_in(env, policy, scenario, **given, **options)
+    entry = setup(policy, scenario, env=env, **given, **options)
+    if env is not None:
         refuse({"batch_size": size}, "None beside env")
     with reporting(progress, "Rollout", len(checked)) as callback:
         columns = play(entry, checked, batch_size=size, progress=callback)
@@ -123,11 +116,7 @@ def play(
         total = np.zeros(len(chunk))
         for _, rewards in episode_steps(batch, policy, chunk):
             total += rewards.reshape(len(chunk), -1).mean(axis=1)
-        if isinstance(batch, FlockBatch):
-            outcomes = {**batch.core.metrics(), "num_components": batch.core.num_components()}
-        else:
-            outcomes = batch.outcomes()
-        parts.append({**outcomes, "mean_return": total})
+        parts.append({**batch.outcomes(), "mean_return": total})
         if progress is not None:
             progress(start + len(chunk), len(seeds))
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
@@ -174,7 +163,7 @@ def flock_batch(entry: Setup, num_flocks: int) -> FlockBatch:
 
 
 def episode_steps(
-    batch: FlockBatch | _LineBatch,
+    batch: "FlockBatch | _LineBatch",
     policy: Policy,
     seeds: Sequence[int],
     options: Sequence[Mapping[str, Any] | None] = (None,),

@@ -305,15 +305,17 @@ def _norm(vectors: FloatArray) -> FloatArray:
     return np.sqrt(dot(vectors, vectors))[..., np.newaxis]
 
 
-class FlyStraight:
+class FlyStraight(BasePolicy):
     """A predator policy that flies straight on."""
 
+    name, side = "fly-straight", "predator"
+
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
-        """Return an acceleration of 0 for every row; see ``PredatorPolicy.act``."""
+        """Return an acceleration of 0 for every row; see ``Policy.act``."""
         return np.zeros((len(observations), spec.dimension), np.float32)
 
 
-class Pursue:
+class Pursue(BasePolicy):
     """A predator policy that accelerates toward its target as strongly as possible.
 
     Args:
@@ -321,10 +323,13 @@ class Pursue:
             agents.
     """
 
+    side = "predator"
+
     def __init__(self, target: Literal["nearest", "centroid"] = "nearest") -> None:
         self.target = as_choice(target, "target", ("nearest", "centroid"))
+        self.name = "pursue" if target == "nearest" else f"pursue-{target}"
 
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
-        """Return the direction toward the target for every row; see ``PredatorPolicy.act``."""
+        """Return the direction toward the target for every row; see ``Policy.act``."""
         first = spec.layout.index(f"{self.target}_direction_ahead")
         return observations[:, first : first + spec.dimension]

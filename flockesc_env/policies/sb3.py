@@ -1,7 +1,5 @@
 """``SB3Policy``: models trained with stable-baselines3 as policies."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any, Final
@@ -16,7 +14,6 @@ from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec
 from flockesc_env.policies.base import BasePolicy, Observations, RowMemory, check_origins, normalizer_of
 from flockesc_env.policies.network import NetworkPolicy, torch_network
-from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.options import UNOBSERVED, VIEWS
 
 STORED_SPEC: Final = "flockesc_spec"
@@ -63,14 +60,12 @@ class SB3Policy(BasePolicy, RowMemory):
         self.observation_space = getattr(model, "observation_space", None)
         self._checked_spec: Any = None
         env = self._environment()
-        spec = _spec_of(env) or _stored_spec(model)
+        spec, space = _spec_of(env) or _stored_spec(model), getattr(model, "action_space", None)
+        is_predator = getattr(space, "shape", None) in ((2,), (3,))
+        self.side = "predator" if is_predator else None if spec is None else "flock"
         if spec is not None:
             self.options, self.per_agent, self.scenario = asdict(spec.options), spec.per_agent, spec.scenario
-
-    @property
-    def sets_ranges(self) -> bool:  # type: ignore[override]
-        """Whether the model is known to set ranges; it may also control predators otherwise."""
-        return self.options is not None
+            self.opponent = spec.opponent
 
     def check_known(self) -> None:
         """Raise ``InputError`` if the options of the training are unknown, or two origins disagree."""
@@ -95,9 +90,7 @@ class SB3Policy(BasePolicy, RowMemory):
                 normalized observations are missing, or the number of rows changes during an episode.
         """
         if spec is not self._checked_spec:
-            if isinstance(spec, PolicySpec):
-                self.check(spec.options, per_agent=spec.per_agent)
-            self._check_spaces(spec)
+            self.check_spec(spec)
             self._checked_spec = spec
         begins = self._begin(len(observations))
         state = None if begins.all() else self._memory[0]  # the model resets the state of rows that begin
@@ -130,18 +123,12 @@ class SB3Policy(BasePolicy, RowMemory):
         """
         scorer = getattr(getattr(self.model, "policy", None), "network", None)
         layers = [] if scorer is not None else _layers(self.model)
-        is_predator = getattr(getattr(self.model, "action_space", None), "shape", None) in ((2,), (3,))
-        if is_predator:
-            scenario, options = self._hunted()
-            spec: Any = PredatorPolicySpec.of(scenario)
-        else:
-            self.check_known()
-            spec = self.policy_spec
-            scenario, options = spec.scenario, vars(spec.options)
-            if spec.actions.mode == "range":
-                expected = "'normalized' or 'discrete'"
-                raise InputError("model.env.options.action_mode", expected, repr(spec.actions.mode))
-        self._check_spaces(spec)
+        self.check_known()
+        is_predator, spec = self.side == "predator", self.policy_spec
+        if not is_predator and spec.actions.mode == "range":
+            expected = "'normalized' or 'discrete'"
+            raise InputError("model.env.options.action_mode", expected, repr(spec.actions.mode))
+        self.check_spec(spec)
         if scorer is not None:  # of ``ScorerPolicy``
             network: NetworkPolicy = scorer()
         else:
@@ -151,18 +138,10 @@ class SB3Policy(BasePolicy, RowMemory):
             network = torch_network(layers, spec.layout.names, **head)
             if (normalizer := self._normalizer()) is not None:
                 network = _normalized(network, spec.layout, normalizer)
+        options = (self.options or {}) if is_predator else vars(spec.options)
         made_for = {name: value for name, value in options.items() if name not in UNOBSERVED}
-        view = None if is_predator else spec.per_agent
-        return network.with_options(per_agent=view, scenario=scenario, **made_for)
-
-    def _hunted(self) -> tuple[FlockScenario, dict[str, Any]]:
-        """Return the scenario and the options of the environment of a model that controls predators."""
-        if (env := self._environment()) is None:
-            raise InputError(
-                "model.env", "the environment of the training, as after load(path, env=env)", "none"
-            )
-        scenario, options = (env.get_attr(name, [0])[0] for name in ("scenario", "options"))
-        return scenario, vars(options)
+        known: Any = {"per_agent": spec.per_agent, "scenario": spec.scenario, "opponent": self.opponent}
+        return network.with_options(**known, **made_for)
 
     def _environment(self) -> Any:
         """Return the environment that the model or else the wrapper holds, or ``None``."""
@@ -193,8 +172,12 @@ class SB3Policy(BasePolicy, RowMemory):
             expected = "VecNormalize.load(path, venv) of the training, or False if it normalized only rewards"
             raise InputError("vec_normalize", expected, "none")
 
-    def _check_spaces(self, spec: PolicySpec | PredatorPolicySpec) -> None:
-        row = VIEWS[spec.per_agent] if isinstance(spec, PolicySpec) else "predator"
+    def check_spec(self, spec: PolicySpec | PredatorPolicySpec) -> None:
+        """Raise ``InputError`` unless the model's spaces are those of an environment."""
+        row = "predator"
+        if isinstance(spec, PolicySpec):
+            self.check(spec.options, per_agent=spec.per_agent)
+            row = VIEWS[spec.per_agent]
         observed = spec.layout.space()
         if self.observation_space is not None and self.observation_space != observed:
             raise space_error(self.observation_space, {row: observed})
@@ -204,19 +187,19 @@ class SB3Policy(BasePolicy, RowMemory):
         self._check_normalizer(spec.layout)
 
 
-def _stored_spec(model: Any) -> PolicySpec | None:
+def _stored_spec(model: Any) -> Any:
     """Return the spec that a callback, ``RangePolicy`` or ``ScorerPolicy`` stores in a model, or ``None``."""
     found = getattr(model, STORED_SPEC, None) or (getattr(model, "policy_kwargs", None) or {}).get("spec")
-    return found if isinstance(found, PolicySpec) else None
+    return found if isinstance(found, PolicySpec | PredatorPolicySpec) else None
 
 
-def _spec_of(env: Any) -> PolicySpec | None:
+def _spec_of(env: Any) -> Any:
     """Return the spec of an environment of stable-baselines3; ``None`` if it has none of this package."""
     try:
         found = env.get_attr("policy_spec", [0])[0]
     except (AttributeError, TypeError):  # SuperSuit's environments have no such method
         return None
-    return found if isinstance(found, PolicySpec) else None
+    return found if isinstance(found, PolicySpec | PredatorPolicySpec) else None
 
 
 def space_error(trained: Any, spaces: Mapping[Any, gymnasium.Space[Any]]) -> InputError:

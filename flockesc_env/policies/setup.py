@@ -1,16 +1,14 @@
 """``Setup``: a policy with the scenario and the options with which it plays, decided once by ``setup``."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
 from flockesc_env.common.checks import as_flag
-from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.predators import AnyPredatorPolicy, PredatorPolicy
-from flockesc_env.episodes.spaces import PolicySpec, policy_spec
-from flockesc_env.policies.base import BasePolicy, check_origins, normalizer_of
+from flockesc_env.common.errors import InputError, errors_at, shown
+from flockesc_env.episodes.spaces import policy_spec
+from flockesc_env.policies.base import AnyPolicy, BasePolicy, check_origins, normalizer_of
 from flockesc_env.policies.registry import as_flock_policy, as_predator_policy
 from flockesc_env.policies.sb3 import SB3Policy, space_error
 from flockesc_env.scenario.flock import FlockScenario
@@ -37,7 +35,7 @@ class Setup:
     scenario: Scenario
     options: EnvOptions | LineOptions
     per_agent: bool
-    predator_policy: PredatorPolicy | None = None
+    predator_policy: BasePolicy | None = None
     num_threads: int | None = None
     env: Any = None
 
@@ -47,11 +45,15 @@ def setup(
     scenario: Any = None,
     *,
     per_agent: bool | None = None,
-    predator_policy: AnyPredatorPolicy | None = None,
+    predator_policy: AnyPolicy = None,
     num_threads: int | None = None,
+    env: Any = None,
     **options: Any,
 ) -> Setup:
     """Return how a policy plays in a scenario; ``rollout`` describes the arguments.
+
+    With an ``env``, everything is that of the flocks behind its wrappers. Without ``predator_policy``, a
+    policy plays against the opponent of its training if the scenario has ``Learned`` predators.
 
     Options come from the caller, the policy, and the defaults of its class and of the environment, in this
     order. A model of stable-baselines3 has those of its environment, or those that ``RangePolicy`` and
@@ -61,16 +63,19 @@ def setup(
     Raises:
         InputError: if an argument has the wrong type or value, an option is unknown or out of bounds, two
             origins of an option disagree, or the policy needs another model or another view, or does not
-            know its options.
+            know its options; if an argument is not that of ``env``, or the name of the opponent is unknown.
     """
+    if env is not None:
+        given: dict[str, Any] = {"per_agent": per_agent, "predator_policy": predator_policy}
+        return _setup_in(env, policy, scenario, given, num_threads, options)
     if isinstance(policy, FlockScenario | LineScenario) or (isinstance(policy, str) and policy in PRESETS):
         expected = "a policy beside the scenario, as rollout('paper-flock', 'stubborn-leaders', seeds=2)"
         raise InputError("policy", expected, f"the scenario {shown(policy)}")
     player = as_flock_policy(policy)
     model = (player.scenario or FlockScenario()) if scenario is None else as_model(scenario)
     if player.scenario is not None and player.scenario.model != model.model:
-        given = f"{player.name!r}, a policy for a {player.scenario.model}"
-        raise InputError("policy", f"a policy for a {model.model}", given)
+        other = f"{player.name!r}, a policy for a {player.scenario.model}"
+        raise InputError("policy", f"a policy for a {model.model}", other)
     if isinstance(model, LineScenario):
         refuse({"per_agent": per_agent or None, "predator_policy": predator_policy}, "None for a line")
     if not options or player.options is not None:
@@ -88,31 +93,29 @@ def setup(
         player = copy(player)
         player.options = {**vars(chosen)}
     player.check(chosen, per_agent=view)
-    return Setup(player, model, chosen, view, as_predator_policy(predator_policy), num_threads)
+    hunter = None if predator_policy is None else as_predator_policy(predator_policy)
+    if hunter is None and isinstance(model, FlockScenario) and model.num_learned:
+        hunter = opponent_of(player, as_predator_policy)
+    return Setup(player, model, chosen, view, hunter, num_threads)
 
 
-def setup_in(
-    env: Any,
-    policy: Any,
-    scenario: Any = None,
-    *,
-    per_agent: bool | None = None,
-    predator_policy: AnyPredatorPolicy | None = None,
-    num_threads: int | None = None,
-    **options: Any,
+def opponent_of(policy: BasePolicy, read: Callable[[Any], BasePolicy]) -> BasePolicy | None:
+    """Return ``read`` of the name of the policy against which another one was trained, or ``None``."""
+    with errors_at(f"{policy.name}, trained against {policy.opponent!r}: "):
+        return None if policy.opponent is None else read(policy.opponent)
+
+
+def _setup_in(
+    env: Any, policy: Any, scenario: Any, given: dict[str, Any], threads: int | None, options: dict[str, Any]
 ) -> Setup:
-    """Return how a model of stable-baselines3 plays in a vector environment, through its wrappers.
-
-    Everything is that of the flocks behind the wrappers; arguments that differ raise ``InputError``.
-    """
+    """Return how a model of stable-baselines3 plays in a vector environment, through its wrappers."""
     inner, player = flocks_of(env), as_flock_policy(policy)
     if not isinstance(player, SB3Policy):
         raise InputError("policy", "a model of stable-baselines3 beside env", shown(policy))
     model, view = inner.scenario, inner.policy_spec.per_agent
     fixed = {"scenario": model, "per_agent": view, "predator_policy": inner.predator_policy}
-    given = {"scenario": scenario and as_model(scenario), "per_agent": per_agent}
-    for name, value in (given | {"predator_policy": predator_policy}).items():
-        if value is not None and value != fixed[name]:
+    for name, value in {"scenario": scenario and as_model(scenario), **given}.items():
+        if value is not None and value not in (fixed[name], getattr(fixed[name], "policy", None)):
             raise InputError(name, f"that of env, {shown(fixed[name])}", shown(value))
     chosen = vars(model.env_options(options))
     check_origins({"env": vars(inner.options), "the caller": {name: chosen[name] for name in options}})
@@ -123,14 +126,17 @@ def setup_in(
     own = getattr(player.model, "env", None)
     if own is not None and (normalizer_of(own) is None) != (normalizer_of(env) is None):
         raise InputError("env", "a VecNormalize if and only if the model's environment has one", shown(env))
-    return Setup(player, model, inner.options, view, inner.predator_policy, num_threads, env)
+    return Setup(player, model, inner.options, view, inner.predator_policy, threads, env)
 
 
 def flocks_of(env: Any, argument: str = "env") -> Any:
     """Return the flocks of one scenario behind the wrappers of an environment of ``sb3.vec_env``."""
     inner: Any = getattr(env, "unwrapped", None)
     plays = not isinstance(env, type) and hasattr(type(inner), "play_episodes")
-    if not plays or not isinstance(inner.policy_spec, PolicySpec):  # of predators otherwise
+    if plays and inner.flock_policy is not None:
+        expected = "an environment with side='flock' (predator_policy=model plays a predator's model)"
+        raise InputError(argument, expected, "side='predator'")
+    if not plays:
         raise InputError(argument, "flocks of sb3.vec_env, or a wrapper around them", shown(env))
     if len({*inner.scenarios}) > 1:
         raise InputError(f"{argument}.scenarios", "the same scenario for all flocks", len({*inner.scenarios}))

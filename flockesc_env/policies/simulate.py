@@ -1,22 +1,23 @@
 """``simulate``: run a policy, or fixed ranges, once and return the whole trajectory."""
 
-from __future__ import annotations
-
 import os
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from typing import Any, cast, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from flockesc_env.common.checks import FloatArray, as_array, as_seed
+from flockesc_env.common.checks import FloatArray, as_array, as_count
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.episodes.predators import AnyPredatorPolicy, PredatorPolicySpec, reset_policy
-from flockesc_env.episodes.starts import fresh_seed
-from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, simulate_line
-from flockesc_env.policies.base import Observations
-from flockesc_env.policies.rollout import AnyPolicy, episode_steps, flock_batch
+from flockesc_env.models.simulate import (
+    LineTrajectory,
+    Trajectory,
+    run_flock,
+    seed_or_fresh,
+    simulate_line,
+)
+from flockesc_env.policies.base import AnyPolicy
+from flockesc_env.policies.rollout import episode_steps, flock_batch
 from flockesc_env.policies.rules import FixedRange, ScheduledRange
 from flockesc_env.policies.setup import Setup, refuse, setup
 from flockesc_env.scenario.flock import FlockScenario
@@ -45,8 +46,10 @@ def simulate(
     initial_positions: ArrayLike | None = None,
     initial_velocities: ArrayLike | None = None,
     per_agent: bool | None = None,
-    predator_policy: AnyPredatorPolicy | None = None,
+    predator_policy: AnyPolicy = None,
     num_threads: int | None = None,
+    every: int = 1,
+    record: Sequence[str] | None = None,
     **options: Any,
 ) -> Trajectory | LineTrajectory:
     """Run a flock for ``scenario.num_steps`` steps, or a line until its steady state.
@@ -60,14 +63,17 @@ def simulate(
         interaction_range: rho in m, a scalar or one per agent, shape (n,). Give this or ``policy``.
         policy: sets the ranges; see ``rollout``. The ranges of a ``ScheduledRange`` apply to every step.
         seed: seed of the initial state, the predators, noise and randomized fields. ``env.reset(seed=seed)``
-            starts the same flock. ``None``: a random seed from the operating system. A run that continues
-            from the last state of another one needs another seed: the same seed draws the same noise again.
+            starts the same flock. ``None``: a random seed from the operating system. ``models.Flock``
+            continues a run: with the same seed, ``simulate`` would draw the same noise again.
         initial_positions: r(0) in m, shape (n, D); ``None``: drawn from the seed.
         initial_velocities: v(0) in m/s, shape (n, D); ``None``: drawn from the seed. With constant speed an
             agent has speed v0 from its first step on.
         per_agent: see ``rollout``.
         predator_policy: see ``rollout``.
         num_threads: number of threads for a large flock; ``None``: one per core. Results do not depend on it.
+        every: number of steps between two recorded times.
+        record: names of the columns of ``Trajectory`` to record, such as ``["polarization"]``. ``None``: all,
+            of which positions and velocities take most of the memory.
         **options: options of the policy's environment, see ``EnvOptions``.
 
     Returns:
@@ -90,7 +96,8 @@ def simulate(
     if (interaction_range is None) == (policy is None):
         given = "neither" if policy is None else "both"
         raise InputError("interaction_range", "either interaction_range or policy", given)
-    start = {"initial_positions": initial_positions, "initial_velocities": initial_velocities}
+    start: dict[str, Any] = {"initial_positions": initial_positions, "initial_velocities": initial_velocities}
+    recording: dict[str, Any] = {"every": every, "record": record}
     steering: dict[str, Any] = {"per_agent": per_agent, "predator_policy": predator_policy}
     steering = {name: value for name, value in steering.items() if value is not None} | options
     if policy is None:
@@ -104,11 +111,12 @@ def simulate(
         entry = setup(policy, scenario, num_threads=num_threads, **steering)
         model, ranges = entry.scenario, _fixed_ranges(entry)
         if ranges is None or (steering and isinstance(model, FlockScenario)):
-            return _record(entry, fresh_seed() if seed is None else as_seed(seed), start)
+            return _record(entry, seed_or_fresh(seed), start, recording)
     if isinstance(model, LineScenario):
-        refuse({**start, **steering, "num_threads": num_threads}, "None for a line")
+        refuse({**start, **steering, "num_threads": num_threads, "record": record}, "None for a line")
+        as_count(every, "every", most=1)
         return simulate_line(model, ranges, seed=seed)
-    return run_flock(model, ranges, seed=seed, num_threads=num_threads, **start)
+    return run_flock(model, ranges, seed=seed, num_threads=num_threads, **start, **recording)
 
 
 def _check_fixed(ranges: Any, scenario: FlockScenario, steering: Mapping[str, Any]) -> None:
@@ -133,34 +141,19 @@ def _fixed_ranges(entry: Setup) -> Any:
     return None
 
 
-def _record(entry: Setup, seed: int, start: Mapping[str, Any]) -> Trajectory:
+def _record(entry: Setup, seed: int, start: Mapping[str, Any], recording: Mapping[str, Any]) -> Trajectory:
     """Run a policy on one flock and return the trajectory; ``start`` holds given initial states."""
     scenario = cast("FlockScenario", entry.scenario)
-    recorder = None if entry.predator_policy is None else _Recorder(entry.predator_policy)
-    batch = flock_batch(replace(entry, predator_policy=recorder), 1)
-    ranges = np.array([ranges for ranges, _ in episode_steps(batch, entry.policy, [seed], [start])])
+    batch, ranges, hunts = flock_batch(entry, 1), [], []
+    for chosen, _ in episode_steps(batch, entry.policy, [seed], [start]):
+        ranges.append(chosen)
+        hunts.append(batch.hunt)
 
-    def per_step(actions: FloatArray) -> FloatArray:
-        held = np.repeat(actions, entry.options.steps_per_action, axis=0)[: scenario.num_steps]
+    def per_step(actions: list[Any]) -> FloatArray:
+        held = np.repeat(np.array(actions), entry.options.steps_per_action, axis=0)[: scenario.num_steps]
         rest = scenario.num_steps - len(held)  # after the last agent was caught
         return np.concatenate([held, np.repeat(held[-1:], rest, axis=0)])
 
-    predator_actions = None if recorder is None else per_step(np.array(recorder.actions))
-    arguments: Any = {**start, "seed": seed, "num_threads": entry.num_threads}
+    predator_actions = None if entry.predator_policy is None else per_step(hunts)
+    arguments: Any = {**start, **recording, "seed": seed, "num_threads": entry.num_threads}
     return run_flock(scenario, per_step(ranges), predator_actions=predator_actions, **arguments)
-
-
-class _Recorder:
-    """Wraps a predator policy and records its actions."""
-
-    def __init__(self, policy: Any) -> None:
-        self.policy = policy
-        self.actions: list[FloatArray] = []
-
-    def reset(self, rows: NDArray[np.bool]) -> None:
-        reset_policy(self.policy, rows)
-
-    def act(self, observations: Observations, spec: PredatorPolicySpec) -> FloatArray:
-        actions = self.policy.act(observations, spec)
-        self.actions.append(spec.plain(actions, len(observations)))
-        return self.actions[-1]

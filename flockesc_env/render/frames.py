@@ -1,7 +1,5 @@
 """Contents of pictures: their size, a flock at one time (of an environment or a run), a line, and titles."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -3,8 +3,6 @@
 Interaction ranges are viridis, learned policies purple, fixed ranges gray and predators vermilion.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 Only this file imports pygame, which draws without a display and opens the window.
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from itertools import combinations, product

@@ -1,7 +1,5 @@
 """Recorded runs as pictures, and as video files, one or several in a grid. Needs the ``video`` extra."""
 
-from __future__ import annotations
-
 import errno
 import shutil
 from collections.abc import Sequence
@@ -40,12 +38,8 @@ _FORMATS: dict[str, dict[str, Any]] = {
         # One palette for all frames, and only the changes of each frame: small files without flicker.
         # It repeats forever and rests 2 s on its last frame.
         "output_params": [
-            "-vf",
-            "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none",
-            "-loop",
-            "0",
-            "-final_delay",
-            "200",
+            *("-vf", "split[a][b];[a]palettegen[p];[b][p]paletteuse=dither=none"),
+            *("-loop", "0", "-final_delay", "200"),
         ],
     },
 }

@@ -1,7 +1,5 @@
 """Rendering of environments, and grids of pictures."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from typing import Any, Final, Literal, get_args

@@ -1,9 +1,8 @@
 """Vectorized environments for stable-baselines3, and a callback that plays tuning flocks while it trains."""
 
-from __future__ import annotations
-
 import pickle
 from collections.abc import Sequence
+from copy import copy
 from functools import partial
 from io import BytesIO
 from pathlib import Path
@@ -28,18 +27,17 @@ from flockesc_env.envs._base import (
     LineArguments,
     ManyFlocks,
     Registered,
-    Side,
     named_arguments,
     survives_interrupts,
 )
 from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.batch import Columns, info_dicts
-from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.episodes.starts import Scenarios, consecutive_seeds, fresh_seed
-from flockesc_env.policies.rollout import AnyPolicy, play
+from flockesc_env.policies.base import AnyPolicy, Side
+from flockesc_env.policies.rollout import play
 from flockesc_env.policies.sb3 import STORED_SPEC, SB3Policy
-from flockesc_env.policies.setup import Setup, flocks_of, setup, setup_in
+from flockesc_env.policies.setup import Setup, flocks_of, setup
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import preset
 
@@ -185,8 +183,7 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
                         observations, state, begins, deterministic=policy.deterministic
                     )
                     observations, begins = env.step(actions)[0], np.zeros(self.num_envs, np.bool)
-                columns = {**self._batch.core.metrics(), "num_components": self._batch.core.num_components()}
-                columns["mean_return"] = self._returns
+                columns = {**self._batch.outcomes(), "mean_return": self._returns}
                 parts.append({name: column[: len(chunk)] for name, column in columns.items()})
                 if progress is not None:
                     progress(start + len(chunk), len(seeds))
@@ -255,7 +252,7 @@ class FlockEvalCallback(BaseCallback):
     each scenario of the training environment, with its options and the model's most likely actions. It does
     so before the first action, so that the untrained model counts, every ``eval_freq`` actions, and at the
     end. Training is the same with and without it. Wrappers that change observations or actions, and models
-    that need them, require an ``eval_env``.
+    that need them, require an ``eval_env``. With ``side="predator"``, a smaller objective is better.
 
     The logger, and thus TensorBoard, receives ``eval/min_mean_distance`` in m, or the column of the
     environment's other objective, and ``eval/episodes``, the number of episodes played so far.
@@ -272,7 +269,7 @@ class FlockEvalCallback(BaseCallback):
             ``rollout``. It receives the statistics of a ``VecNormalize``. ``None``: the options decide.
 
     Attributes:
-        best_objective: largest mean objective so far.
+        best_objective: largest mean objective so far, or the smallest one of predators.
         num_episodes: number of episodes played so far.
         history: actions of training and mean objective of every evaluation.
 
@@ -306,12 +303,14 @@ class FlockEvalCallback(BaseCallback):
             raise InputError("eval_env", "another environment than that of the training", shown(env))
         if isinstance(env, DummyVecEnv) and all(isinstance(one.unwrapped, LineEscapeEnv) for one in env.envs):
             env = env.envs[0].unwrapped
-            self._scenarios, self._objective, self._predator_policy = [env.scenario], "escape_distance", None
-        elif isinstance(env, BatchVecEnv) and isinstance(env.policy_spec, PolicySpec):
-            self._scenarios, self._predator_policy = [*dict.fromkeys(env.scenarios)], env.predator_policy
-            self._objective = env.options.objective
+            self._scenarios, self._objective = [env.scenario], "escape_distance"
+        elif isinstance(env, BatchVecEnv):
+            self._scenarios, self._objective = [*dict.fromkeys(env.scenarios)], env.options.objective
         else:
             raise InputError("model.env", "an environment of Task.vec_env", shown(self.training_env))
+        # A copy has its own memory: the training's episodes are still running.
+        self._flock = copy(getattr(env, "flock_policy", None))
+        self._hunter = copy(getattr(env, "predator_policy", None))
         setattr(self.model, STORED_SPEC, env.policy_spec)
         self._evaluate()
 
@@ -326,20 +325,27 @@ class FlockEvalCallback(BaseCallback):
     def _evaluate(self) -> None:
         policy, seeds = SB3Policy(self.model), TUNING[: self.num_flocks]
         if self.eval_env is None:
-            entries = [setup(policy, one, predator_policy=self._predator_policy) for one in self._scenarios]
+            entries = [self._setup(policy, scenario) for scenario in self._scenarios]
         else:
-            entries = [setup_in(self.eval_env, policy)]
+            entries = [setup(policy, env=self.eval_env)]
             sync_envs_normalization(self.training_env, self.eval_env)
         objectives = [play(entry, seeds)[self._objective] for entry in entries]
-        objective = float(np.mean(objectives))
+        objective, is_first = float(np.mean(objectives)), not self.history
         self.num_episodes += np.size(objectives)
         self.history.append((self.num_timesteps, objective))
         self.logger.record(f"eval/{self._objective}", objective)
         self.logger.record("eval/episodes", self.num_episodes)
         self.logger.dump(self.num_timesteps)
-        if objective > self.best_objective:
+        gain = objective - self.best_objective
+        if is_first or (gain > 0 if self._flock is None else gain < 0):
             self._save()
             self.best_objective = objective
+
+    def _setup(self, policy: SB3Policy, scenario: Any) -> Setup:
+        if self._flock is None:
+            return setup(policy, scenario, predator_policy=self._hunter)
+        env: Any = self.training_env.unwrapped
+        return Setup(self._flock, scenario, env.options, env._batch.policy_spec.per_agent, policy)
 
     def _save(self) -> None:
         if (folder := self.best_model_save_path) is None:

@@ -1,7 +1,5 @@
 """Policy classes for PPO and A2C of stable-baselines3: a start at one range, a scorer of candidates."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Any

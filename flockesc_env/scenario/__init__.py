@@ -2,44 +2,8 @@
 
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
-from flockesc_env.scenario.parts import (
-    AlignedHeadings,
-    Choice,
-    Clusters,
-    Disc,
-    FirstOrder,
-    Gaussian,
-    GivenHeadings,
-    GivenPositions,
-    Inertial,
-    LogUniform,
-    Metric,
-    NeighborRule,
-    PreferredDistance,
-    RandomApproach,
-    RandomHeadings,
-    Reynolds,
-    Ring,
-    Segment,
-    Square,
-    Topological,
-    Uniform,
-    Vicsek,
-    Voronoi,
-    Zones,
-)
-from flockesc_env.scenario.predators import (
-    Attracted,
-    ConstantVelocity,
-    Encircle,
-    Herd,
-    Intercept,
-    Learned,
-    PrescribedPath,
-    PurePursuit,
-    Wandering,
-    approach,
-)
+from flockesc_env.scenario.parts import *
+from flockesc_env.scenario.predators import *
 from flockesc_env.scenario.presets import PRESETS, preset
 
 __all__ = [

@@ -5,8 +5,6 @@ In a document, a part of a scenario (for example a predator) is an object with i
 turns what was given into a document; the compiled core checks it and returns it with all types as declared.
 """
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

@@ -1,7 +1,5 @@
 """``FlockScenario``: parameters of the flock model and their defaults."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -152,7 +150,7 @@ class FlockScenario(Document):
         """Number of ``Learned`` predators."""
         return sum(isinstance(predator, Learned) for predator in self.predators)
 
-    def drawn(self, seed: int) -> FlockScenario:
+    def drawn(self, seed: int) -> "FlockScenario":
         """Return the scenario of the episode with this seed: with drawn fields and without ``randomization``.
 
         ``simulate(scenario.drawn(k), .., seed=k)`` equals ``simulate(scenario, .., seed=k)``, bit for bit.
@@ -162,7 +160,7 @@ class FlockScenario(Document):
             return self
         return FlockScenario.__new__(FlockScenario)._set(_core.drawn_flock_scenario(self.to_json(), start))
 
-    def with_learned_predators(self) -> FlockScenario:
+    def with_learned_predators(self) -> "FlockScenario":
         """Return a copy in which every predator is ``Learned``, with the same initial position and velocity.
 
         The scenario has at least one predator, and none with a prescribed path.

@@ -1,7 +1,5 @@
 """``LineScenario``: parameters of the line model and their defaults."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass

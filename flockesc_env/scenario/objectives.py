@@ -1,7 +1,5 @@
 """The tables of objectives: what an episode maximizes, with the symbol, unit and columns of each one."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType

@@ -1,7 +1,5 @@
 """Options of the environments: actions, rewards and observations."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import math

@@ -1,7 +1,5 @@
 """Parts of scenarios: neighbor rules, laws of motion, initial states and distributions (docs/model.md)."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from typing import ClassVar

@@ -1,7 +1,5 @@
 """Predators and their strategies (docs/model.md), and ``approach``: their start from their aim."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

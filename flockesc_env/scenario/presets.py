@@ -1,7 +1,5 @@
 """Presets: named scenarios, the paper's, variations that differ from it in one respect, and other models."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

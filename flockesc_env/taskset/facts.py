@@ -1,7 +1,5 @@
 """What is known about a task: ``Scale``, ``Control`` and ``Shortcut``."""
 
-from __future__ import annotations
-
 from typing import Any, Literal
 
 import msgspec

@@ -1,7 +1,5 @@
 """Whether a policy fits a task: what its observation may show, and which classes show nothing else."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
@@ -10,7 +8,7 @@ from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import rules
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import Stored, as_flock_policy
-from flockesc_env.policies.setup import Setup, setup, setup_in
+from flockesc_env.policies.setup import Setup, setup
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.options import UNOBSERVED
 from flockesc_env.scenario.presets import Scenario
@@ -50,11 +48,10 @@ def fitted(policy: Any, shown: PolicySpec, scenarios: Sequence[Scenario], env: A
     """
     player = as_flock_policy(policy)
     task = {name: value for name, value in vars(shown.options).items() if name not in FREE}
+    is_alone = shown.per_agent and all(_has_one_predator(one) for one in scenarios)
     if env is not None:
-        entry = setup_in(env, player, per_agent=shown.per_agent)
-        _check(
-            vars(entry.options), task, entry.per_agent and all(_has_one_predator(one) for one in scenarios)
-        )
+        entry = setup(player, per_agent=shown.per_agent, env=env)
+        _check(vars(entry.options), task, is_alone)
         return entry
     player.check_known()
     if player.options is None or isinstance(player, rules.FixedRange | rules.RandomRange):
@@ -66,7 +63,7 @@ def fitted(policy: Any, shown: PolicySpec, scenarios: Sequence[Scenario], env: A
     if isinstance(player, rules.RangeRule) and player.scenario is None:
         taken |= {"max_range", "steps_per_action"}
     own = {name: value for name, value in vars(entry.options).items() if name not in taken}
-    _check(own, task, entry.per_agent and all(_has_one_predator(one) for one in scenarios))
+    _check(own, task, is_alone)
     given = {name: task[name] for name in taken & task.keys()}
     return setup(player, shown.scenario, per_agent=shown.per_agent, **given)
 

@@ -1,7 +1,5 @@
 """Learners of a task: the algorithm and its hyperparameters, from ``learners/TASK.toml``."""
 
-from __future__ import annotations
-
 import tomllib
 from functools import cache
 from pathlib import Path

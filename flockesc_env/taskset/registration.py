@@ -1,7 +1,5 @@
 """Gymnasium ids of the environments and of the tasks, such as ``flockesc/one-range-v1``."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import gymnasium
@@ -51,7 +49,7 @@ def no_single_env(**_: Any) -> NoReturn:
     _refuse_single_env("flockesc/FlockAgents-v1", 300, "flockesc_env.parallel_env()")
 
 
-def make_predators(num_envs: int | None = None, scenario: Any = None, **options: Any) -> BatchVectorEnv:
+def make_predators(num_envs: int | None = None, scenario: Any = None, **options: Any) -> "BatchVectorEnv":
     """Return ``flockesc/Predator-v1`` for ``gymnasium.make_vec``, with one slot per predator."""
     from flockesc_env.envs.vector import BatchVectorEnv
 
@@ -67,7 +65,7 @@ def make_task(task: str, **options: Any) -> gymnasium.Env[Any, Any]:
     return chosen.env(**options)
 
 
-def make_task_vec(task: str, num_envs: int, **options: Any) -> BatchVectorEnv:
+def make_task_vec(task: str, num_envs: int, **options: Any) -> "BatchVectorEnv":
     """Return the vector environment of a task, for ``gymnasium.make_vec``; see ``make_task``."""
     from flockesc_env.envs.vector import BatchVectorEnv
 

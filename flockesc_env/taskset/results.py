@@ -1,7 +1,5 @@
 """Results: a learner's policies on a task, with the objective of every flock."""
 
-from __future__ import annotations
-
 import json
 import math
 import re

@@ -1,13 +1,11 @@
 """``score`` and ``verify``: play policies on the held-out flocks of a task, and play a result again."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final, NamedTuple, Self
 
 import numpy as np
 
@@ -43,9 +41,7 @@ class LoadedPolicy(NamedTuple):
     policy: BasePolicy
 
     @classmethod
-    def of(
-        cls, spec: str, find: Callable[[str], BasePolicy] = load_policy, *, sha256: str = ""
-    ) -> LoadedPolicy:
+    def of(cls, spec: str, find: Callable[[str], BasePolicy] = load_policy, *, sha256: str = "") -> Self:
         """Return the policy that a text names; ``find`` knows those without a file. A file is read once.
 
         A file with another checksum than ``sha256``, if that is given, is refused.

@@ -7,8 +7,6 @@ of estimates of variance components" (1946). Where training seeds dominate, it i
 training seeds.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from flockesc_env.common.stats import Estimate, FloatArray, half_width

@@ -1,7 +1,5 @@
 """What a page can run by itself: scenarios and policies, as documents."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from base64 import b64encode

@@ -1,7 +1,5 @@
 """The page: flocks in the browser, as one HTML file that loads nothing else."""
 
-from __future__ import annotations
-
 import html
 import json
 import zlib

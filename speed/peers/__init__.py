@@ -1,7 +1,5 @@
 """Peers: other implementations of the flock model, each checked against this project before timing."""
 
-from __future__ import annotations
-
 import subprocess
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -11,7 +9,7 @@ from importlib.machinery import ExtensionFileLoader, ModuleSpec
 from importlib.util import module_from_spec
 from pathlib import Path
 from types import ModuleType
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +54,7 @@ class Flocks:
     velocities: Floats
 
     @classmethod
-    def seeded(cls, scenario: FlockScenario, seeds: range) -> Flocks:
+    def seeded(cls, scenario: FlockScenario, seeds: range) -> Self:
         """Return the initial states of ``sweep`` for some seeds."""
         runs = [simulate(scenario.replace(num_steps=1), 0.0, seed=seed) for seed in seeds]
         (predator,) = (p for p in scenario.predators if isinstance(p, ConstantVelocity))

@@ -1,7 +1,5 @@
 """Peers in NumPy and SciPy. They share the step of the flock and differ in their neighbor search."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

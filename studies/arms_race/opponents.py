@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from flockesc_env import FlockScenario, NetworkPolicy, load_policy
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.predators import Observations, PredatorPolicy, PredatorPolicySpec
-from flockesc_env.policies import BasePolicy, FlyStraight, Pursue
+from flockesc_env.episodes.predators import Observations, PredatorPolicySpec
+from flockesc_env.policies import BasePolicy, FlyStraight, Policy, Pursue
 from flockesc_env.policies.network import tanh_layers
 from flockesc_env.scenario import Learned
 
@@ -54,7 +54,7 @@ class Predator:
     lead: float = 0.0
     parameters: tuple[float, ...] = ()
 
-    def policy(self, scenario: FlockScenario) -> PredatorPolicy:
+    def policy(self, scenario: FlockScenario) -> Policy:
         """Return the policy for the ``Learned`` predator of a scenario."""
         if self.kind == "lead":
             pursuit = LeadPursuit(scenario, self.lead)
@@ -78,7 +78,7 @@ class LeadPursuit:
         self.lead = lead
 
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
-        """Return one acceleration per observation row; see ``PredatorPolicy.act``."""
+        """Return one acceleration per observation row; see ``Policy.act``."""
 
         def read(name: str, count: int) -> FloatArray:
             first = spec.layout.index(name)
@@ -105,11 +105,11 @@ class NetworkPredator:
     sum's components are clipped to [-1, 1].
     """
 
-    def __init__(self, parameters: FloatArray, base: PredatorPolicy) -> None:
+    def __init__(self, parameters: FloatArray, base: Policy) -> None:
         self._base, self._parameters = base, parameters
 
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:
-        """Return one acceleration per observation row; see ``PredatorPolicy.act``."""
+        """Return one acceleration per observation row; see ``Policy.act``."""
         values: FloatArray = observations[:, [spec.layout.index(name) for name in INPUTS]].astype(np.float64)
         side = np.where(values[:, INPUTS.index("centroid_direction_left")] < 0, -1.0, 1.0)
         values[:, [name.endswith("_left") for name in INPUTS]] *= side[:, None]

@@ -7,6 +7,7 @@ from typing import Final
 
 import msgspec
 import numpy as np
+from matplotlib.figure import Figure
 
 from flockesc_env import tasks
 from flockesc_env.common.files import write_text
@@ -15,11 +16,13 @@ from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Arrays
 from flockesc_env.policies import rollout
 from flockesc_env.policies.setup import setup
+from flockesc_env.render.palette import LIGHT
 from flockesc_env.taskset.statistics import difference, means
 from studies.measurements import Runner, policy_of, share_of, split
 from studies.scoreboard.board import BOARD, best_fixed_range
 from studies.scoreboard.report import Entry
 from studies.study import document
+from studies.style import letter, subplots
 
 LOADS_FILE: Final = "loads.json"
 FLOCKS: Final = 200
@@ -30,7 +33,8 @@ TASKS: Final = tuple(name for name, task in tasks.items() if task.per_agent and 
 class Load(msgspec.Struct, frozen=True):
     """The mean objective, the agents heard per agent and step, and paired gains of a learner and a rule.
 
-    ``over_rule`` is the learner's gain at equal load minus that of the rule.
+    ``over_rule`` is the learner's gain at equal load minus that of the rule. ``curve`` has the mean load and
+    objective under every fixed range.
     """
 
     learner: str
@@ -40,6 +44,7 @@ class Load(msgspec.Struct, frozen=True):
     over_fixed: Estimate
     at_equal_load: dict[str, Estimate]
     over_rule: Estimate
+    curve: dict[str, list[float]]
 
 
 def play(policies: tuple[str | bytes, ...], task: str, flocks: range) -> Arrays:
@@ -93,6 +98,7 @@ def measure(learned: Iterable[Entry], scale: float, runner: Runner, output: Path
             over_fixed=difference(learner["objective"], best["objective"]),
             at_equal_load={kind: means(gain[np.newaxis])[0] for kind, gain in gains.items()},
             over_rule=difference(gains["learner"], gains["rule"]),
+            curve={column: values.mean(axis=1).tolist() for column, values in fixed.items()},
         )
     write_text(output / LOADS_FILE, document(written))
 
@@ -101,3 +107,25 @@ def loads(output: Path) -> dict[str, Load]:
     """Read the loads by task, those first in which the learner gains least against the rule."""
     found = msgspec.json.decode((output / LOADS_FILE).read_bytes(), type=dict[str, Load])
     return dict(sorted(found.items(), key=lambda item: item[1].over_rule.mean))
+
+
+def figure(found: dict[str, Load]) -> Figure:
+    """Draw the objective against the agents heard: fixed ranges as a curve, learner and rule as points."""
+    figure, grid = subplots(7.2, 3, 3, sharex=True)
+    colors = {"fixed": LIGHT.fixed, "rule": LIGHT.others[0], "learner": LIGHT.learned}
+    for place, (axes, (name, load)) in enumerate(zip(grid.flat, found.items(), strict=False)):
+        axes.plot(load.curve["heard"], load.curve["objective"], color=LIGHT.fixed, label="one fixed range")
+        for kind, marker in {"fixed": "o", "rule": "s", "learner": "D"}.items():
+            title = "best fixed range" if kind == "fixed" else kind
+            at = load.heard[kind], load.objective[kind]
+            axes.plot(*at, marker, color=colors[kind], ms=6, label=title)
+        axes.set_xscale("symlog", linthresh=1, linscale=0.5)
+        axes.set_xticks([0, 1, 10, 100], ["0", "1", "10", "100"])
+        axes.set_xlim(-0.2, 400)
+        axes.margins(y=0.15)
+        axes.set_ylabel(tasks[name].spec.with_unit(tasks[name].spec.symbol))
+        letter(axes, place, name)
+    for axes in grid[-1]:
+        axes.set_xlabel("agents heard per agent and step")
+    figure.legend(*grid.flat[0].get_legend_handles_labels(), loc="outside upper left", ncols=4)
+    return figure

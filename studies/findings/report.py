@@ -130,8 +130,11 @@ def measure(runner: Runner, output: Path, scale: float) -> None:
 
 
 def figures(results: Findings) -> dict[str, Figure]:
-    """Draw the figure of one agent."""
-    return {f"{FIGURES}/one_agent": listening.one_agent_figure(results.output / listening.ONE_AGENT)}
+    """Draw the figures of the measurements that have a file."""
+    return {
+        f"{FIGURES}/loads": loads.figure(loads.loads(results.output)),
+        f"{FIGURES}/one_agent": listening.one_agent_figure(results.output / listening.ONE_AGENT),
+    }
 
 
 def report(results: Findings) -> str:

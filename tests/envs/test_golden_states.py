@@ -17,20 +17,15 @@ import pytest
 
 sys.path.append(str(Path(__file__).parents[1] / "support"))  # this file is also a program
 from golden_episodes import feed
-from option_table import EVERY_STEP, UNLIKE, small_flock
+from option_table import EVERY_STEP, RANDOM, UNLIKE, small_flock
 
 import flockesc_env as fe
-from flockesc_env.scenario import PurePursuit, Wandering
 
 FILE = Path(__file__).parents[1] / "golden" / "states.json"
-HUNTERS = (
-    Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
-    PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
-)
 
 MAKERS: dict[str, Callable[[], Any]] = {
     "flock": lambda: fe.FlockEscapeEnv(
-        small_flock(**UNLIKE, predators=HUNTERS, capture_radius=1.0), action_mode="range", **EVERY_STEP
+        small_flock(**UNLIKE, predators=RANDOM, capture_radius=1.0), action_mode="range", **EVERY_STEP
     ),
     "line": lambda: fe.LineEscapeEnv(
         fe.LineScenario(num_agents=9, escape_force="linear_as_printed"), action_mode="range"

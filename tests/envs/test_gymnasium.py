@@ -7,22 +7,12 @@ from typing import Any
 import envs
 import gymnasium
 import numpy as np
+import option_table as table
 import pytest
-from envs import FLOCKS, RANDOM, draw, info_of, same_action, start
+from envs import FLOCKS, draw, info_of, same_action, start
 from gymnasium.error import ResetNeeded
 from objective_values import INFO_KEYS
-from option_table import (
-    ACTION_MODES,
-    AGENT_REWARDS,
-    DIMENSIONS,
-    EVERY_STEP,
-    INDIVIDUAL_REWARDS,
-    OBJECTIVES,
-    doomed,
-    every_pair,
-    hunted,
-    small_flock,
-)
+from option_table import DIMENSIONS, EVERY_STEP, RANDOM, doomed, every_pair, hunted, small_flock
 from pettingzoo.utils import aec_to_parallel, parallel_to_aec
 from pettingzoo.utils.wrappers import ClipOutOfBoundsWrapper
 from same import spoil
@@ -220,7 +210,7 @@ def as_dicts(result: Any, names: list[str], reward: str) -> list[dict[str, Any]]
     shared = dict(info)
     ranges, seen = shared.pop("interaction_range"), shared.pop("predator_observations", ())
     # The rewards of caught agents are 0.
-    paid = math.fsum(rewards) / len(rows) if reward in INDIVIDUAL_REWARDS else max(rewards, key=abs)
+    paid = math.fsum(rewards) / len(rows) if reward in table.INDIVIDUAL_REWARDS else max(rewards, key=abs)
     hunters = len(seen)
     columns = (
         [*rows, *seen],
@@ -234,9 +224,9 @@ def as_dicts(result: Any, names: list[str], reward: str) -> list[dict[str, Any]]
 
 @every_pair(
     kind=SCENARIOS,
-    mode=ACTION_MODES,
-    reward=AGENT_REWARDS,
-    objective=OBJECTIVES,
+    mode=table.ACTION_MODES,
+    reward=table.AGENT_REWARDS,
+    objective=table.OBJECTIVES,
     infos=("all", "end"),
     steps_per_action=(1, 4),
 )

@@ -4,16 +4,9 @@ import copy
 from typing import Any
 
 import numpy as np
+import option_table as table
 from objective_values import SERIES
-from option_table import (
-    AGENT_REWARDS,
-    DIMENSIONS,
-    INDIVIDUAL_REWARDS,
-    OBJECTIVES,
-    STEPS_PER_ACTION,
-    every_pair,
-    small_flock,
-)
+from option_table import DIMENSIONS, STEPS_PER_ACTION, every_pair, small_flock
 
 import flockesc_env as fe
 from flockesc_env.models import Trajectory
@@ -84,7 +77,7 @@ def defined(reward: str, run: Trajectory, objective: str, end: int) -> np.ndarra
     curve, (own, _) = getattr(run, SERIES[objective])[: end + 1], own_distances(run)
     own = own[: end + 1]
     minimum = np.minimum.accumulate(curve)[:, np.newaxis]
-    rewards = np.zeros((end, own.shape[1] if reward in INDIVIDUAL_REWARDS else 1))
+    rewards = np.zeros((end, own.shape[1] if reward in table.INDIVIDUAL_REWARDS else 1))
     match reward:
         case "team":
             return np.diff(minimum, axis=0)
@@ -106,15 +99,15 @@ def defined(reward: str, run: Trajectory, objective: str, end: int) -> np.ndarra
     flock=FLOCKS,
     dimension=DIMENSIONS,
     interface=INTERFACES,
-    objective=OBJECTIVES,
-    reward=[reward for reward in AGENT_REWARDS if reward != "difference"],
+    objective=table.OBJECTIVES,
+    reward=[reward for reward in table.AGENT_REWARDS if reward != "difference"],
     steps_per_action=STEPS_PER_ACTION,
 )
 def test_rewards_are_the_defined_ones(
     flock: str, dimension: int, interface: str, objective: str, reward: str, steps_per_action: int
 ) -> None:
     """An action gets the sum over its steps, but 0 if the agent was caught before. Rollouts return means."""
-    if reward in INDIVIDUAL_REWARDS and interface not in PER_AGENT:
+    if reward in table.INDIVIDUAL_REWARDS and interface not in PER_AGENT:
         interface = "parallel"
     scenario = flock_of(flock, dimension)
     options = {"objective": objective, "reward": reward, "steps_per_action": steps_per_action}
@@ -133,7 +126,7 @@ def test_rewards_are_the_defined_ones(
     np.testing.assert_allclose(rewards, np.broadcast_to(expected, rewards.shape), rtol=0, atol=1e-9)
 
 
-@every_pair(flock=FLOCKS, objective=OBJECTIVES, dimension=DIMENSIONS)
+@every_pair(flock=FLOCKS, objective=table.OBJECTIVES, dimension=DIMENSIONS)
 def test_difference_against_copies_of_the_flock(flock: str, objective: str, dimension: int) -> None:
     """In each copy of the environment one agent has range 0; random draws are the same, bit for bit."""
     scenario = flock_of(flock, dimension)

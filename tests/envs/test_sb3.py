@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cli_runs import Ran
+from cli_runs import Cli
 from envs import draw
 from gymnasium import Wrapper
 from option_table import EVERY_STEP, doomed, small_flock
@@ -190,9 +190,7 @@ def test_the_callback_plays_flocks_and_keeps_the_best_model(learning_rate: float
 
 
 @pytest.mark.parametrize("wrap", [lambda env: env, lambda env: VecNormalize(env, clip_obs=np.inf)])
-def test_a_model_becomes_a_run_in_one_line(
-    wrap: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_model_becomes_a_run_in_one_line(wrap: Any, tmp_path: Path, cli: Cli) -> None:
     scenario, folder = small_flock(), tmp_path / "best"
     callback = FlockEvalCallback(100, 1, best_model_save_path=folder)
     env = wrap(vec_env(scenario, per_agent=True, max_range=40.0))
@@ -206,14 +204,11 @@ def test_a_model_becomes_a_run_in_one_line(
     )
     expected = fe.simulate(policy=fe.SB3Policy(best, vec_normalize=statistics), scenario=scenario, seed=7)
     for path in (folder, folder / "best_model.zip"):
-        ran = Ran(capsys, "simulate", f"PPO:{path}", "--seed", 7, "--json")
+        ran = cli("simulate", f"PPO:{path}", "--seed", 7, "--json")
         assert ran.json()["min_mean_distance"] == expected.mean_distance.min()
         assert ("vecnormalize.pkl normalizes" in ran.err) == (statistics is not None)
-    assert (
-        Ran(capsys, "watch", f"PPO:{folder}", tmp_path / "mine.npz", "--output", tmp_path / "a.html").code
-        == 0
-    )
-    assert "such as PPO:" in Ran(capsys, "watch", folder).err
+    assert cli("watch", f"PPO:{folder}", tmp_path / "mine.npz", "--output", tmp_path / "a.html").code == 0
+    assert "such as PPO:" in cli("watch", folder).err
 
 
 def test_the_callback_refuses_other_environments() -> None:

@@ -174,17 +174,6 @@ class Machine(RuleBasedStateMachine):
         self.log.clear()
         self.do("reset", seed)
 
-    @rule(seed=st.sampled_from([-1, 2**64, 1.5, "7"]))
-    def reset_with_a_bad_seed(self, seed: Any) -> None:
-        with pytest.raises(InputError):
-            start(self.env, seed)
-
-    @rule()
-    def reset_to_a_bad_start(self) -> None:
-        name = "initial_state" if isinstance(self.env, fe.LineEscapeEnv) else "initial_positions"
-        with pytest.raises(InputError):
-            start(self.env, options={name: [np.nan]})
-
     @rule()
     def look(self) -> None:
         if self.adapter.has_pictures:

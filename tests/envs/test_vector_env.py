@@ -13,16 +13,7 @@ import option_table as table
 import pytest
 from gymnasium.utils.env_checker import data_equivalence
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
-from option_table import (
-    ACTION_MODES,
-    AGENT_REWARDS,
-    EVERY_STEP,
-    HUNTED,
-    SEVERAL,
-    covering,
-    doomed,
-    small_flock,
-)
+from option_table import ACTION_MODES, EVERY_STEP, HUNTED, SEVERAL, covering, doomed, small_flock
 from same import same
 
 import flockesc_env as fe
@@ -46,6 +37,8 @@ class Twins:
         name = options.pop("name", NAME)
         self.native: Any = gymnasium.make_vec(name, SLOTS, autoreset_mode=autoreset_mode, **options)
         make = partial(gymnasium.make, name, disable_env_checker=True)
+        assert type(self.native) is BatchVectorEnv
+        assert self.native.metadata["autoreset_mode"] is autoreset_mode
         makers = [partial(make, **options | {"scenario": each}) for each in self.native.scenarios]
         self.sync = SyncVectorEnv(makers, autoreset_mode=autoreset_mode)
         self.sync.action_space.seed(0)
@@ -153,24 +146,6 @@ def test_a_limit_counts_from_the_restored_state(autoreset_mode: AutoresetMode, p
         assert unlimited.spec.max_episode_steps == 60
 
 
-@pytest.mark.parametrize("mode", [*AutoresetMode, "NextStep", "SameStep", "Disabled"])
-def test_make_vec(mode: Any) -> None:
-    options = {"scenario": small_flock(), "autoreset_mode": mode, "num_threads": 1, "reward": "distance"}
-    env = gymnasium.make_vec(NAME, num_envs=3, vectorization_mode="vector_entry_point", **options)
-    assert type(env) is BatchVectorEnv
-    assert env.metadata["autoreset_mode"] is AutoresetMode(mode)
-    assert env.options.reward == "distance"
-    assert env.spec is not None
-    observations, _ = env.reset(seed=2)
-    assert env.observation_space.contains(observations)
-    again = gymnasium.make_vec(env.spec)
-    np.testing.assert_array_equal(again.reset(seed=2)[0], observations)
-    env.close()
-    env.close()
-    assert env.closed
-    assert type(gymnasium.make_vec(NAME)) is BatchVectorEnv  # the default
-
-
 @pytest.mark.parametrize("autoreset_mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 def test_copy_false_reuses_two_arrays(autoreset_mode: AutoresetMode) -> None:
     """Also if the caller locks them. New arrays share no memory with earlier ones."""
@@ -222,12 +197,13 @@ def test_refused_resets_leave_no_trace() -> None:
 
 
 FLOCKS, AGENTS = len(SEVERAL), 5
+REWARDS = {"reward": table.AGENT_REWARDS}
 
 
 @autoreset_modes
 @pytest.mark.parametrize(
     "options",
-    covering(reward=AGENT_REWARDS, num_threads=(1, 2), steps_per_action=(1, 3), action_mode=ACTION_MODES[:2]),
+    covering(**REWARDS, num_threads=(1, 2), steps_per_action=(1, 3), action_mode=ACTION_MODES[:2]),
     ids=table.label,
 )
 def test_slots_of_agents_equal_parallel_environments(

@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
 from importlib.util import find_spec
-from io import BytesIO
 from operator import itemgetter
 from pathlib import Path, PurePosixPath
 from types import SimpleNamespace
@@ -23,8 +22,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from backends import SQUARE, calls, contents, jobs_of, note_calls, square, sweep_jobs
-from cli_runs import SMALL_FLAGS, small_files
+from backends import SQUARE, calls, contents, jobs_of, note_calls, square, start_driver, sweep_jobs
+from cli_runs import SMALL_FLAGS, npz, small_files
 
 from flockesc_env import FlockScenario, LineScenario
 from flockesc_env.common.errors import InputError
@@ -133,9 +132,11 @@ def test_a_job_that_always_kills_its_worker_fails_alone(tmp_path: Path) -> None:
 
 
 def test_workers_that_cannot_start_are_not_started_for_ever(tmp_path: Path) -> None:
-    (tmp_path / "script.py").write_text(SCRIPT.replace('if __name__ == "__main__":', "if True:"))
-    command = [sys.executable, str(tmp_path / "script.py"), str(tmp_path / "cache"), "processes:1", "99"]
-    ran = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
+    call = "run_jobs(square, [(n,) for n in range(99)], cache='cache', backend='processes:1')"
+    imports = "from backends import square\nfrom flockesc_env.jobs import run_jobs\n"
+    (tmp_path / "script.py").write_text(imports + call)
+    command = [sys.executable, "script.py"]
+    ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)  # noqa: S603
     assert ran.returncode == 1
     assert "99 of 99 jobs failed" in ran.stderr
     assert 'needs `if __name__ == "__main__":`' in ran.stderr
@@ -198,34 +199,16 @@ def test_a_system_without_workers_or_stderr(tmp_path: Path, monkeypatch: pytest.
     assert squares(run_jobs(square, NUMBERS[:2], cache=cache, backend="serial", progress=True)) == [0, 1]
 
 
-SCRIPT = """
-import sys
-from pathlib import Path
-from backends import square
-from flockesc_env.jobs import run_jobs
-if __name__ == "__main__":
-    run_jobs(square, [(n,) for n in range(int(sys.argv[3]))], cache=sys.argv[1], backend=sys.argv[2])
-    print("done")
-"""
-
-
 Start = Callable[[str, int], "subprocess.Popen[str]"]
 
 
 @pytest.fixture
 def start(tmp_path: Path) -> Iterator[Start]:
-    """Start drivers in their own process groups, as a terminal does; none outlives the test."""
+    """Start drivers; none outlives the test."""
     drivers = []
-    script = tmp_path / "script.py"
-    script.write_text(SCRIPT)
 
     def start(backend: str, count: int) -> subprocess.Popen[str]:
-        command = [sys.executable, str(script), str(tmp_path / "cache"), backend, str(count)]
-        drivers.append(
-            subprocess.Popen(  # noqa: S603
-                command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
-            )
-        )
+        drivers.append(start_driver("square", count, tmp_path / "cache", backend))
         return drivers[-1]
 
     yield start
@@ -322,12 +305,6 @@ DAMAGES: list[Callable[[bytes, bytes], bytes]] = [
     lambda _, other: npz(square=np.array(np.nan)),
 ]
 """Empty, truncated, zeros, a flipped bit, without a hash, of another job, arrays of another kind."""
-
-
-def npz(**arrays: Any) -> bytes:
-    packed = BytesIO()
-    np.savez_compressed(packed, allow_pickle=False, **arrays)
-    return packed.getvalue()
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

@@ -171,12 +171,6 @@ def test_the_energy_falls_by_four_times_the_squared_moves(seed: int) -> None:
         assert order == sorted(after), "agents never overtake (Krause)"
 
 
-def test_the_energy_bound_is_sharp_for_two_agents() -> None:
-    """Two agents at distance d <= rho meet in the middle: E falls by 2 d^2 = 4 * 2 (d / 2)^2."""
-    run = fast_run([Fraction(0), Fraction(1)])
-    assert run.states.tolist() == [[0, 1], [0.5, 0.5], [0.5, 0.5]]
-
-
 def test_uniform_opinions_agree_above_a_fifth() -> None:
     """S. Fortunato, "On the consensus threshold for the opinion dynamics of Krause-Hegselmann", Int. J. Mod.
     Phys. C 16 (2005) 259, arXiv:cond-mat/0408648: on a complete graph, many uniform opinions

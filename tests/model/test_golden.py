@@ -17,27 +17,20 @@ FLOCKS = json.loads((GOLDEN / "flock.json").read_text())
 Case = dict[str, Any]
 
 
-def line_scenario(case: Case) -> LineScenario:
-    base = LineScenario(
-        num_agents=len(LINE["x0"]),
-        predator_position=None,
-        tolerance=LINE["tolerance"],
-        max_steps=LINE["max_steps"],
-    )
-    predator = case["predator"]
-    if predator is None:
-        return base
-    return base.replace(
-        predator_position=predator["position"],
-        predator_range=predator["range"],
-        repulsion_strength=predator["strength"],
-        escape_force=predator["force"],
-    )
+FIELDS = {
+    "position": "predator_position",
+    "range": "predator_range",
+    "strength": "repulsion_strength",
+    "force": "escape_force",
+}
+"""Fields of ``LineScenario`` by their names in the file."""
 
 
 @pytest.mark.parametrize("case", LINE["cases"])
 def test_line(case: Case) -> None:
-    run = simulate_line(line_scenario(case), case["rho"], initial_state=LINE["x0"])
+    shared = {"num_agents": len(LINE["x0"]), "tolerance": LINE["tolerance"], "max_steps": LINE["max_steps"]}
+    predator = {FIELDS[name]: value for name, value in (case["predator"] or {"position": None}).items()}
+    run = simulate_line(LineScenario(**shared, **predator), case["rho"], initial_state=LINE["x0"])
     np.testing.assert_allclose(run.states[-1], case["final"], rtol=0, atol=1e-9)
     assert run.num_components.tolist() == case["components"]
     assert run.steps == case["steps"]

@@ -99,6 +99,7 @@ VARIANTS = [
     for on_top in (
         {},
         {"blind_angle": 2.0},
+        {"blind_angle": 2 * np.pi},
         {"mutual": True},
         {"blind_angle": 1.0, "mutual": True},
         {"periodic_side": 40.0, "predators": ()},
@@ -169,11 +170,3 @@ def test_the_graph_without_caught_agents_is_that_of_the_run(rule: NeighborRule, 
             assert len(np.unique(component_labels(*given))) == run.num_components[t]
             graph = matrix(neighbor_pairs(*given), left.sum())
             assert connected_components(graph, connection="weak")[0] == run.num_components[t]
-
-
-@pytest.mark.parametrize("rule", [Metric(), Topological(), Voronoi()])
-def test_a_full_blind_angle_leaves_no_neighbors(rule: NeighborRule) -> None:
-    blind = fe.FlockScenario(num_steps=40, blind_angle=2 * np.pi, neighbor_rule=rule)
-    paper = fe.FlockScenario(num_steps=40)
-    seeing, alone = fe.simulate(blind, 30.0, seed=1), fe.simulate(paper, 0.0, seed=1)
-    np.testing.assert_array_equal(seeing.positions, alone.positions)

@@ -34,26 +34,20 @@ def assert_distributed(sample: np.ndarray, low: float, high: float) -> None:
     assert stats.kstest(sample, stats.uniform(low, high - low).cdf).pvalue > 0.01
 
 
+@dimensions
 @pytest.mark.parametrize("eta", [1e-3, 1.0, 4.0, 2 * np.pi])
 @pytest.mark.parametrize("motion", [{}, {"motion": Vicsek()}, {"constant_speed": False}])
-def test_angular_noise_in_the_plane(eta: float, motion: dict[str, Any]) -> None:
+def test_angular_noise(dimension: int, eta: float, motion: dict[str, Any]) -> None:
     """An agent without neighbors is turned by noise only."""
-    run = simulate(FlockScenario(angular_noise=eta, **ALONE, **motion), 0.0, seed=5)
-    before, after = run.velocities
-    assert_distributed(angles(headings(before), headings(after)), -eta / 2, eta / 2)
-    silent = simulate(FlockScenario(**ALONE, **motion), 0.0, seed=5).velocities[1]
+    start = {"initial_velocities": np.tile([10.0, 0.0, 0.0][:dimension], (4000, 1))}
+    scenario = FlockScenario(dimension=dimension, **ALONE, **motion)
+    before, after = simulate(scenario.replace(angular_noise=eta), 0.0, seed=5, **start).velocities
+    turned = angles(headings(before), headings(after))
+    assert_distributed(turned, -eta / 2 if dimension == 2 else 0.0, eta / 2)
+    if dimension == 3:
+        assert_distributed(np.arctan2(after[:, 2], after[:, 1]), -np.pi, np.pi)
+    silent = simulate(scenario, 0.0, seed=5, **start).velocities[1]
     np.testing.assert_allclose(np.linalg.norm(after, axis=1), np.linalg.norm(silent, axis=1), rtol=1e-12)
-
-
-@pytest.mark.parametrize("eta", [1e-3, 1.0, 4.0, 2 * np.pi])
-@pytest.mark.parametrize("motion", [{}, {"motion": Vicsek()}])
-def test_angular_noise_in_space(eta: float, motion: dict[str, Any]) -> None:
-    scenario = FlockScenario(dimension=3, angular_noise=eta, **ALONE, **motion)
-    start = np.tile([0.0, 0.0, 10.0], (4000, 1))
-    run = simulate(scenario, 0.0, seed=5, initial_velocities=start)
-    turned = headings(run.velocities[1])
-    assert_distributed(angles(headings(start), turned), 0.0, eta / 2)
-    assert_distributed(np.arctan2(turned[:, 1], turned[:, 0]), -np.pi, np.pi)
 
 
 @dimensions

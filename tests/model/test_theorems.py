@@ -153,46 +153,6 @@ def test_the_lines_of_figure_5_leave_a_constant_force_within_three_steps() -> No
     assert all(run.converged for run in runs)
 
 
-@pytest.mark.parametrize("strength", [0.0, 0.25, 0.5])
-@pytest.mark.parametrize("side", [-1.0, 1.0])
-def test_two_agents_under_the_linear_force_in_closed_form(strength: float, side: float) -> None:
-    """With u = |x - x_p| and both on one side within rho_p and rho: u' = mean(u) + s (rho_p - u).
-
-    The mean is therefore rho_p + (1 - s)^t (mean(u(0)) - rho_p); the difference is (-s)^t times the first.
-    """
-    reach, start = 0.4, np.array([0.15, 0.21])
-    scenario = LineScenario(
-        num_agents=2, predator_range=reach, repulsion_strength=strength, tolerance=0.0, max_steps=12
-    )
-    assert scenario.predator_position is not None
-    initial = scenario.predator_position + side * start
-    run = simulate_line(scenario, 0.1, initial_state=initial)
-    t = np.arange(run.steps + 1)[:, np.newaxis]
-    mean = reach + (1 - strength) ** t * (start.mean() - reach)
-    half = (-strength) ** t * (start[1] - start[0]) / 2
-    expected = mean + half * np.array([-1.0, 1.0])
-    offsets = np.sort(side * (run.states - scenario.predator_position), axis=1)
-    np.testing.assert_allclose(offsets, np.sort(expected, axis=1), atol=1e-14)
-    assert (expected < reach).all()  # no agent has left the predator's range
-
-
-def test_two_agents_under_the_constant_force_in_closed_form() -> None:
-    """Both agents meet in the first step, then move away by s per step until they are out of range."""
-    scenario = LineScenario(
-        num_agents=2,
-        predator_position=0.0,
-        predator_range=1.0,
-        repulsion_strength=0.125,
-        escape_force="constant",
-    )
-    run = simulate_line(scenario, 0.5, initial_state=[0.25, 0.5])
-    steps = 6  # 0.375 + 5 * 0.125 reaches 1
-    expected = np.minimum(0.375 + 0.125 * np.arange(run.steps + 1), 1.0)
-    np.testing.assert_array_equal(run.states[1:], np.repeat(expected[1:, np.newaxis], 2, axis=1))
-    assert run.converged
-    assert run.steps == steps
-
-
 @settings(max_examples=60)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 60), st.sampled_from([0.0, 0.0213, 0.0871, 0.31, 2.0]))
 def test_a_line_without_a_predator_never_expands_or_reunites(seed: int, n: int, rho: float) -> None:

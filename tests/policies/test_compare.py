@@ -1,5 +1,7 @@
 """``compare`` in an own scenario, and models that play through wrappers; bad input plays no flock."""
 
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -10,10 +12,12 @@ from option_table import doomed, small_flock
 from sb3_contrib import RecurrentPPO
 from stable_baselines3 import A2C, PPO
 from stable_baselines3.common.vec_env import VecEnvWrapper, VecFrameStack, VecMonitor, VecNormalize
+from torch.nn import Tanh
 
 import flockesc_env as fe
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
-from flockesc_env.policies import FixedRange, Pursue, compare
+from flockesc_env.policies import Architecture, FixedRange, PredatorNetwork, Pursue, compare
+from flockesc_env.policies.registry import PREDATORS
 from flockesc_env.sb3 import FlockEvalCallback, vec_env
 from flockesc_env.scenario import ConstantVelocity, PurePursuit, Topological
 
@@ -59,6 +63,65 @@ def test_fixed_ranges_flee_from_the_predator_policy_and_a_short_grid_is_said() -
 def test_the_command_prints_the_comparison(capsys: pytest.CaptureFixture[str]) -> None:
     ran = Ran(capsys, "compare", "fixed:0.3", "--scenario", "paper-line", "--flocks", 2)
     assert ran.out == f"{fe.compare('paper-line', 'fixed:0.3', num_flocks=2, num_tuning=2)}\n"
+
+
+def test_a_learned_predator_is_judged_saved_watched_and_compared(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It hunts the flock of its training, with its options; the smaller the distance, the better."""
+    file, best = tmp_path / "hunter.npz", tmp_path / "best"
+    env = vec_env(small_flock(), 2, side="predator", flock_policy="stubborn-leaders", max_range=30.0)
+    judge = FlockEvalCallback(5, 3, best_model_save_path=best)
+    model = PPO("MlpPolicy", env, **SETTINGS, batch_size=10, policy_kwargs={"activation_fn": Tanh})
+    fe.save_policy(model.learn(20, callback=judge), file)
+    assert judge.best_objective == min(objective for _, objective in judge.history)
+    assert (fe.load_policy(file).opponent, env.flock_policy.name) == ("stubborn-leaders",) * 2
+    found = fe.compare(None, file, Pursue("centroid"), side="predator", **FEW)
+    hunted, every = fe.load_policy(file).scenario, {}
+    for name, each in {"PPO": file, **{name: name for name in PREDATORS}}.items():
+        hunt: Any = {"predator_policy": each, "max_range": 30.0}
+        every[name] = [
+            fe.rollout(hunted, "stubborn-leaders", seeds, **hunt).min_mean_distance
+            for seeds in (TUNING[:3], HELD_OUT[:4])
+        ]
+    best_one = min(PREDATORS, key=lambda name: every[name][0].mean())
+    names = (f"best built-in predator ({best_one})", "PPO", "pursue-centroid")
+    expected = {name: every[played][1] for name, played in zip(names, (best_one, *names[1:]), strict=True)}
+    np.testing.assert_equal(found.values, expected)
+    smaller = (expected["PPO"] < expected[names[0]]) + (expected["PPO"] == expected[names[0]]) / 2
+    assert found.rows["PPO"].improvement.mean == smaller.mean()
+    with pytest.raises(fe.InputError, match="plot: expected a comparison of ranges"):
+        found.plot()
+    judged = fe.compare(None, f"{file}", side="predator", num_flocks=2, num_tuning=2)
+    assert Ran(capsys, "compare", file, "--side", "predator", "--flocks", 2).out == f"{judged}\n"
+    run = fe.simulate(
+        hunted, policy="stubborn-leaders", seed=4, predator_policy=PPO.load(best / "best_model")
+    )
+    ran = Ran(capsys, "simulate", "stubborn-leaders", "--predator", f"PPO:{best}", "--seed", 4, "--json")
+    assert ran.json()["min_mean_distance"] == run.mean_distance.min()
+
+
+def test_a_trained_flock_plays_against_the_opponent_of_its_training(tmp_path: Path) -> None:
+    """Another one can be given, and must be if the file cannot name it."""
+    hunted = small_flock().with_learned_predators()
+    for number, hunter in enumerate((Pursue(), SimpleNamespace(act=Pursue().act))):
+        env, file = vec_env(hunted, predator_policy=hunter), tmp_path / f"{number}.npz"
+        fe.save_policy(A2C("MlpPolicy", env, **SETTINGS, policy_kwargs={"activation_fn": Tanh}), file)
+    named, unnamed = tmp_path / "0.npz", tmp_path / "1.npz"
+    played = [
+        fe.rollout(named, 2, **given).min_mean_distance for given in ({}, {"predator_policy": "pursue"})
+    ]
+    np.testing.assert_array_equal(*played)
+    straight = fe.rollout(named, 2, predator_policy="fly-straight").min_mean_distance
+    assert not np.array_equal(straight, played[0])
+    given = fe.rollout(unnamed, HELD_OUT[:4], predator_policy=Pursue()).min_mean_distance
+    found = fe.compare(None, unnamed, predator_policy="pursue", **FEW)
+    np.testing.assert_array_equal(found.values["A2C"], given)
+    for play in (fe.rollout, lambda file, _: fe.compare(None, file, **FEW)):
+        with pytest.raises(
+            fe.InputError, match="A2C, trained against 'SimpleNamespace': predator_policy: expe"
+        ):
+            play(unnamed, 1)
 
 
 @pytest.mark.parametrize("reward", ["team", "individual"])
@@ -125,6 +188,8 @@ def test_an_own_observation_is_trained_judged_and_compared() -> None:
 
 PLAIN = vec_env(small_flock(), 2, per_agent=True)
 MODEL = A2C("MlpPolicy", vec_env(small_flock(), per_agent=True), **SETTINGS)
+HUNTER = PredatorNetwork(Architecture(("speed",), ()), np.zeros(4))
+HUNTS: dict[str, Any] = {"side": "predator"}
 BAD: dict[str, tuple[tuple[Any, ...], dict[str, Any], str]] = {
     "no policies": (("paper-flock",), {}, "policies: expected at least one policy, got none"),
     "no predator": (
@@ -160,6 +225,19 @@ BAD: dict[str, tuple[tuple[Any, ...], dict[str, Any], str]] = {
     "scenario": (("pursuit", MODEL), {"env": PLAIN}, "scenario: expected that of env"),
     "options": ((None, MODEL), {"env": PLAIN, "max_range": 9}, "max_range: expected 40.0 from env, got 9"),
     "view": ((None, MODEL), {"env": PLAIN, "per_agent": False}, "per_agent: expected that of env, True"),
+    "side": (("pursuit", "random"), {"side": "prey"}, "side: expected one of flock, predator"),
+    "flock": (("pursuit", "random"), {"flock_policy": "random"}, "flock_policy: expected None beside side="),
+    "flock's": (("pursuit", "pursue"), {}, "policy: expected a policy that sets ranges"),
+    "predator's": (("pursuit", "random"), HUNTS, "predator_policy: expected fly-straight, pursue, "),
+    "none": (("pursuit", None), HUNTS, "predator_policy: expected fly-straight, pursue, "),
+    "line": (("paper-line", "pursue"), HUNTS, "scenario: expected a flock, which predators can hunt"),
+    "ranges": (("pursuit", "pursue"), {**HUNTS, "ranges": [9]}, "ranges: expected None beside side="),
+    "dimension": ((VARIANT, HUNTER), HUNTS, "PredatorNetwork: dimension: expected 2"),
+    "hunted": (
+        ("pursuit", "pursue"),
+        {**HUNTS, "flock_policy": HUNTER},
+        "flock_policy: expected a policy that",
+    ),
 }
 
 

@@ -1,11 +1,12 @@
-"""Networks as policies against loops over rows, agents and layers, and against networks of torch."""
+"""Networks as policies: the range with the highest score, memory, and networks that are refused.
+
+``test_network_rollout.py`` holds their bits.
+"""
 
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from option_table import small_flock
 from torch import nn
 
@@ -17,81 +18,11 @@ from flockesc_env.policies.network import Architecture, NetworkPolicy
 
 EPS = float(np.finfo(np.float32).eps)
 """The core computes in float64; actions, at most 1 in magnitude, are rounded to float32."""
-INPUTS = ("predator_distance", "heard_velocity_left", "time", "predator_direction_left")
 SCENARIO = small_flock(num_agents=6, num_steps=12, predator_range=60.0)
-
-architectures = st.builds(
-    Architecture,
-    inputs=st.permutations(INPUTS).map(lambda names: tuple(names[:3])),
-    hidden=st.lists(st.integers(1, 5), max_size=3).map(tuple),
-    memory=st.integers(0, 3),
-    mirror=st.booleans(),
-    squash=st.sampled_from(["clip", "tanh"]),
-)
 
 
 def policy_spec(scenario: fe.FlockScenario = SCENARIO, **options: Any) -> PolicySpec:
     return fe.parallel_env(scenario, **options).policy_spec
-
-
-def parameters(architecture: Architecture, seed: int = 0, networks: tuple[int, ...] = ()) -> np.ndarray:
-    return np.random.default_rng(seed).normal(0, 1.5, (*networks, architecture.size))
-
-
-def some_rows(count: int, time: float, rng: np.random.Generator) -> np.ndarray:
-    """Return observations; a third of the rows senses no predator."""
-    layout = policy_spec().layout
-    rows = rng.uniform(layout.low, layout.high, (count, len(layout.names))).astype(np.float32)
-    rows[:, layout.index("time")] = time
-    for name in layout.names:
-        if name.startswith("predator"):
-            rows[::3, layout.index(name)] = 0
-    return rows
-
-
-def reference(
-    architecture: Architecture, numbers: np.ndarray, row: np.ndarray, memory: list[float]
-) -> tuple[float, list[float]]:
-    """Run one network on one row with scalar loops; return action and memory."""
-    layout = policy_spec().layout
-    seen = {name: float(row[layout.index(name)]) for name in layout.names}
-    side = seen["predator_direction_left"] or seen["heard_velocity_left"]
-    if architecture.mirror and side < 0:
-        seen = {name: -value if name.endswith("_left") else value for name, value in seen.items()}
-    values, rest = [seen[name] for name in architecture.inputs] + memory, list(numbers)
-    widths = [*architecture.hidden, 1 + architecture.memory]
-    for layer, width in enumerate(widths):
-        weights = [[rest.pop(0) for _ in range(width)] for _ in values]
-        biases = [rest.pop(0) for _ in range(width)]
-        sums = [
-            bias + sum(value * line[column] for value, line in zip(values, weights, strict=True))
-            for column, bias in enumerate(biases)
-        ]
-        values = sums if layer == len(widths) - 1 else [float(np.tanh(one)) for one in sums]
-    assert not rest
-    action = np.tanh(values[0]) if architecture.squash == "tanh" else min(max(values[0], -1), 1)
-    return float(action), [float(np.tanh(value)) for value in values[1:]]
-
-
-@settings(max_examples=40)
-@given(architectures, st.integers(0, 2**32 - 1))
-def test_it_equals_the_loop_over_rows_and_layers(architecture: Architecture, seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    policy = NetworkPolicy(architecture, parameters(architecture, seed))
-    numbers = policy.parameters.astype(np.float64)
-    memory = [[0.0] * architecture.memory for _ in range(7)]
-    for time in (0.0, 0.25, 0.5):
-        rows = some_rows(7, time, rng)
-        expected = []
-        for k, row in enumerate(rows):
-            action, memory[k] = reference(architecture, numbers, row, memory[k])
-            expected.append([action])
-        given_rows = rows.copy()
-        actions = policy.act(rows, policy_spec())
-        np.testing.assert_allclose(actions, expected, rtol=0, atol=EPS)
-        assert actions.shape == (7, 1)
-        assert np.abs(actions).max() <= 1
-        np.testing.assert_array_equal(rows, given_rows)
 
 
 def test_the_highest_score_sets_the_range() -> None:

@@ -222,6 +222,5 @@ assert all(np.array_equal(*pair) for pair in zip(*(step[:2] for step in steps)))
 
 @pytest.mark.skipif(sys.platform != "linux", reason="RLIMIT_AS and /proc are Linux's")
 def test_memory_errors_leave_the_environment_usable() -> None:
-    """A call that needs more memory than the process may have raises MemoryError."""
     script = f"CALLS = {MEMORY_CALLS!r}\n{MEMORY}"
     subprocess.run([sys.executable, "-c", script], check=True, timeout=TIMEOUT)  # noqa: S603

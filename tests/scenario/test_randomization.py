@@ -9,33 +9,25 @@ from option_table import SENSING_RANGES, small_flock
 from same import same
 
 import flockesc_env as fe
+from flockesc_env import scenario as sc
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.policies import FixedRange
 from flockesc_env.sb3 import vec_env
-from flockesc_env.scenario import (
-    Choice,
-    ConstantVelocity,
-    LogUniform,
-    PurePursuit,
-    RandomApproach,
-    Ring,
-    Uniform,
-)
 
 POSITION = "predators[0].constant_velocity.position[1]"
 DRAWS = (
-    Uniform("predator_range", 5.0, 60.0),
-    LogUniform("mass", 0.01, 1.0),
-    Choice("predators[1].pure_pursuit.max_turn_rate", (0.5, 1.0, 2.0)),
-    Uniform(POSITION, -30.0, 30.0),
-    Uniform("initial_positions.ring.radius", 5.0, 20.0),
+    sc.Uniform("predator_range", 5.0, 60.0),
+    sc.LogUniform("mass", 0.01, 1.0),
+    sc.Choice("predators[1].pure_pursuit.max_turn_rate", (0.5, 1.0, 2.0)),
+    sc.Uniform(POSITION, -30.0, 30.0),
+    sc.Uniform("initial_positions.ring.radius", 5.0, 20.0),
 )
 
 
 def randomized(**changes: Any) -> fe.FlockScenario:
     fields: dict[str, Any] = {
-        "predators": (ConstantVelocity(), PurePursuit((20.0, -20.0))),
-        "initial_positions": Ring(5.0, 2.0),
+        "predators": (sc.ConstantVelocity(), sc.PurePursuit((20.0, -20.0))),
+        "initial_positions": sc.Ring(5.0, 2.0),
         "randomization": DRAWS,
     }
     return small_flock(**{**fields, **changes})
@@ -71,7 +63,7 @@ def test_everything_runs_and_shows_the_drawn_scenario(seed: int) -> None:
 
 
 WIDTH = "initial_positions.ring.width"
-SOMETIMES = Choice(WIDTH, (2.0, 11.0))
+SOMETIMES = sc.Choice(WIDTH, (2.0, 11.0))
 """The ring is wider than its diameter of 10 m in the episode of seed 1 and the second one from seed 0."""
 
 
@@ -129,7 +121,7 @@ def test_a_change_without_effect_is_refused() -> None:
 @pytest.mark.parametrize(("dimension", "initial_plane"), [(2, False), (3, False), (3, True)])
 def test_predators_approach_from_everywhere(dimension: int, initial_plane: bool) -> None:
     """Starts lie at the distance from a point of the region, against the direction of flight."""
-    draw = RandomApproach(distance=100.0, low=10.0, high=20.0)
+    draw = sc.RandomApproach(distance=100.0, low=10.0, high=20.0)
     scenario = fe.FlockScenario(dimension=dimension, initial_plane=initial_plane, randomization=(draw,))
     predators: list[Any] = [scenario.drawn(seed).predators[0] for seed in range(400)]
     starts, velocities = (

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 from argument_table import PARTS, SLOTS
-from cli_runs import Ran
+from cli_runs import Cli
 from envs import FLOCKS
 from extreme_scenarios import Bounds, flocks
 from hypothesis import given
@@ -105,21 +105,19 @@ def test_flock_environments_take_names(interface: str) -> None:
 
 
 @pytest.mark.parametrize("name", fe.PRESETS)
-def test_the_command_prints_a_file_to_start_from(
-    name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_the_command_prints_a_file_to_start_from(name: str, cli: Cli, tmp_path: Path) -> None:
     known = fe.PRESETS[name]
-    document = Ran(capsys, "presets", name).out
+    document = cli("presets", name).out
     assert known.description in document.splitlines()[0]
     assert type(known.scenario).from_toml(document) == known.scenario
-    [entry] = Ran(capsys, "presets", name, "--json").json()["presets"]
+    [entry] = cli("presets", name, "--json").json()["presets"]
     assert type(known.scenario).from_json(json.dumps(entry["scenario"])) == known.scenario
     path = tmp_path / "mine.toml"
     path.write_text(document)
     flags = ["fixed:0.2", "--set", "repulsion_strength=3", "--seed", 1, "--json"]
     runs = [
-        Ran(capsys, "simulate", "--scenario", name, *flags).json(),
-        Ran(capsys, "simulate", "--scenario", path, *flags).json(),
+        cli("simulate", "--scenario", name, *flags).json(),
+        cli("simulate", "--scenario", path, *flags).json(),
     ]
     assert runs[0] == runs[1]
     assert runs[0]["scenario"] == {**entry["scenario"], "repulsion_strength": 3.0}

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -45,7 +46,7 @@ sys.exit(main(sys.argv[1:]))
         assert process.stderr is not None
         # The bar counts runs; the first chunks are small and surely done by a few hundred.
         shown = b""
-        while not any(int(word) > 300 for word in _counts(shown)):
+        while not any(int(count) > 300 for count in re.findall(rb"(\d+)/20000000", shown)):
             shown += os.read(process.stderr.fileno(), 4096)
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=TIMEOUT)
@@ -78,10 +79,6 @@ sys.exit(main(["sweep", "--seeds", "0:10000000", "--progress"]))
         process.terminate()
         process.stderr.read()
     assert process.returncode == 128 + signal.SIGTERM
-
-
-def _counts(shown: bytes) -> list[bytes]:
-    return [word.partition(b"/")[0] for word in shown.split() if b"/20000000" in word]
 
 
 @pytest.mark.parametrize("argv", [["--help"], SWEEP])

@@ -19,7 +19,7 @@ import pytest
 import flockesc_env as fe
 from flockesc_env.common.checks import in_job
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.models import graph
+from flockesc_env.models import Flock, graph
 from flockesc_env.policies import FixedRange
 from flockesc_env.scenario import Topological, Voronoi
 
@@ -71,6 +71,11 @@ def parallel_step() -> Call:
     return step(env, dict.fromkeys(env.possible_agents, np.array([10.0], np.float32)))
 
 
+def flock_steps(scenario: fe.FlockScenario, rho: float) -> Call:
+    flock = Flock(scenario, seed=0)
+    return lambda: flock.step(rho, FOREVER)
+
+
 def observation() -> Call:
     """Agents search for their 1,000 nearest ones under eight candidate ranges."""
     scenario = fe.FlockScenario(num_agents=3000, initial_side=300.0, neighbor_rule=Topological())
@@ -88,6 +93,8 @@ def line_step() -> Call:
 CALLS: dict[str, Callable[[], Call]] = {
     "simulate": lambda: lambda: fe.simulate(fe.FlockScenario(num_agents=2000, num_steps=50_000), 1.0, seed=0),
     "simulate, a step takes long": lambda: lambda: fe.simulate(dense, 50.0, seed=0),
+    "steps of 1,000,000 agents": lambda: flock_steps(huge, 10.0),
+    "a step of a flock takes long": lambda: flock_steps(dense, 50.0),
     "simulate_line": lambda: lambda: fe.simulate_line(line, 10.0, initial_state=CYCLE),
     "sweep": lambda: lambda: fe.sweep(small, [1.0], range(9)),
     "sweep, lines": lambda: lambda: fe.sweep(line.replace(num_agents=2), [1.0], [2, 3]),

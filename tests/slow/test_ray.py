@@ -5,15 +5,13 @@ Needs the extra ray: ``make test-all`` installs it.
 
 import os
 import signal
-import subprocess
-import sys
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
-from backends import CALLS, calls, contents, jobs_of, note_calls, sweep_jobs
+from backends import CALLS, calls, contents, jobs_of, note_calls, start_driver, sweep_jobs
 
 from flockesc_env.jobs import Backend, Cache, Job, find_backend, run
 from flockesc_env.jobs.job import Outcomes
@@ -97,20 +95,10 @@ def test_a_worker_dies(cluster: Any, tmp_path: Path, noted: Path) -> None:
     assert calls(noted) == 13
 
 
-SCRIPT = """
-import sys
-from pathlib import Path
-from flockesc_env.jobs import Cache, Job, find_backend, run
-jobs = [Job("backends:square", (n,)) for n in range(60)]
-run(jobs, Cache(Path(sys.argv[1])), find_backend("ray:" + sys.argv[2]))
-"""
-
-
 @pytest.mark.parametrize("stop", [signal.SIGKILL, signal.SIGINT])
 def test_the_driver_stops(cluster: Any, tmp_path: Path, noted: Path, stop: int) -> None:
     jobs = jobs_of("square", 60)
-    command = [sys.executable, "-c", SCRIPT, str(tmp_path / "cache"), cluster.address]
-    driver = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)  # noqa: S603
+    driver = start_driver("square", 60, tmp_path / "cache", f"ray:{cluster.address}")
     while len(contents(tmp_path / "cache")) < 10:
         assert driver.poll() is None
     driver.send_signal(stop)

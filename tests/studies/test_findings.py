@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 import pytest
-from cli_runs import Ran
+from cli_runs import Cli
 from option_table import small_flock
 
 import flockesc_env as fe
@@ -125,7 +125,7 @@ def test_a_replay_without_exchange_is_the_run(policy: str | bytes) -> None:
 
 
 def test_all_is_measured_and_an_interrupted_study_continues(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     files = {
         "per-agent-visible": [
@@ -154,10 +154,10 @@ def test_all_is_measured_and_an_interrupted_study_continues(
 
     with monkeypatch.context() as patch:
         patch.setattr(Job, "run", die)
-        assert Ran(capsys, "findings", *flags, run=STUDIES.main).code != Exit.DONE
+        assert cli("findings", *flags, run=STUDIES.main).code != Exit.DONE
     finished, again = len(jobs), []
     monkeypatch.setattr(Job, "run", lambda job: again.append(job) or run(job))
-    ran = Ran(capsys, "findings", *flags, run=STUDIES.main)
+    ran = cli("findings", *flags, run=STUDIES.main)
     assert ran.code == Exit.DONE, ran.err
     assert finished > 10
     assert not {job.key for job in jobs} & {job.key for job in again}
@@ -171,13 +171,13 @@ def test_all_is_measured_and_an_interrupted_study_continues(
 
 @pytest.mark.parametrize("study", ["paper", "robustness", "scaling", "validation", "arms-race", "findings"])
 def test_a_folder_that_cannot_be_written_is_refused_before_the_work(
-    study: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    study: str, tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def never(*_: Any) -> None:
         raise AssertionError("continued before the folder was checked")
 
     monkeypatch.setattr("studies.__main__.require", never)
     (tmp_path / "file").touch()
-    ran = Ran(capsys, study, "--output", tmp_path / "file" / "folder", run=STUDIES.main)
+    ran = cli(study, "--output", tmp_path / "file" / "folder", run=STUDIES.main)
     assert (ran.code, ran.out) == (Exit.REFUSED, "")
     assert "output: expected a folder that can be written (Not a directory), got " in ran.err

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import reference
-from cli_runs import Ran
+from cli_runs import Cli
 
 from flockesc_env import LineScenario, simulate_line
 from flockesc_env.cli.output import Exit
@@ -80,14 +80,12 @@ def test_consensus_is_what_a_slow_reference_finds(force: str | None) -> None:
             assert cell["converged"]
 
 
-def test_the_paper_is_reproduced(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_paper_is_reproduced(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A small run from the command line gives the same numbers in JSON and in the report."""
     monkeypatch.setattr("training.figure_style.DPI", 40)
     output = tmp_path / "paper"
     flags = ["--flocks", 4, "--lines", 40, "--backend", "serial", "--output", output]
-    ran = Ran(capsys, "paper", *flags, run=STUDIES.main)
+    ran = cli("paper", *flags, run=STUDIES.main)
     assert ran.code == Exit.DONE
     results = PaperResults.load(output)
     assert document(results) == (output / RESULTS_FILE).read_text("utf-8")
@@ -102,7 +100,7 @@ def test_the_paper_is_reproduced(
     jobs_before = sorted((output / "cache").iterdir())
     for name in drawn:
         (output / f"{name}.svg").unlink()
-    some = Ran(capsys, "paper", *flags, "--figures", "9", run=STUDIES.main)
+    some = cli("paper", *flags, "--figures", "9", run=STUDIES.main)
     assert some.code == Exit.DONE
     assert {path.stem: path.read_bytes() for path in output.glob("*.svg")} == {"figure_9": drawn["figure_9"]}
     assert sorted((output / "cache").iterdir()) == jobs_before

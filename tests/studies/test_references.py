@@ -7,15 +7,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
 
-from flockesc_env import (
-    FlockScenario,
-    InputError,
-    ScheduledRange,
-    load_policy,
-    parallel_env,
-    rollout,
-    simulate,
-)
+import flockesc_env as fe
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.scenario import PurePursuit
 from flockesc_env.scenario.predators import approach
@@ -25,7 +17,7 @@ from studies.scoreboard.references import clairvoyant, free_headings, informed_g
 from studies.scoreboard.rewards import gains, pairs_of
 
 TASKS = {"min_mean_distance": "per-agent-visible", "min_min_distance": "per-agent-visible-minimum"}
-SMALL = FlockScenario(num_agents=12, num_steps=36, initial_side=30.0)
+SMALL = fe.FlockScenario(num_agents=12, num_steps=36, initial_side=30.0)
 PAPER = "paper-flock"
 
 
@@ -33,19 +25,19 @@ PAPER = "paper-flock"
 @pytest.mark.parametrize("policy", ["fixed:0", "fixed:10", "stubborn-leaders", "stubborn-witnesses"])
 def test_free_headings_bound_every_policy(objective: Any, policy: str) -> None:
     task, flocks = tasks[TASKS[objective]], TUNING[:10]
-    reached = task.spec.values(rollout(PAPER, policy, flocks))
+    reached = task.spec.values(fe.rollout(PAPER, policy, flocks))
     assert (reached <= free_headings(task.name, PAPER, flocks)["objective"]).all()
 
 
 @pytest.mark.parametrize("objective", TASKS)
 def test_straight_flights_reach_the_bound_of_free_headings(objective: Any) -> None:
     """Except for the length of a step, if agents fly away from the predator's place at the best time."""
-    model, flocks = FlockScenario(), TUNING[:10]
+    model, flocks = fe.FlockScenario(), TUNING[:10]
     (predator,) = model.predators
     place, velocity = np.array(predator.position), np.array(predator.velocity)
     faster = np.linalg.norm(velocity)
     for flock, bound in zip(flocks, free_headings(TASKS[objective], PAPER, flocks)["objective"], strict=True):
-        start = simulate(model, 0.0, seed=flock).positions[0]
+        start = fe.simulate(model, 0.0, seed=flock).positions[0]
 
         def farthest(times: Any, start: np.ndarray = start) -> np.ndarray:
             return np.linalg.norm(start - place - np.outer(times, velocity), axis=1) + 10 * times
@@ -72,8 +64,8 @@ def test_the_informed_greedy_rule_stays_below_the_bound_and_above_eight_candidat
     name, flocks = TASKS[objective], TUNING[:10]
     reached = informed_greedy(name, PAPER, flocks)["objective"]
     assert (reached <= free_headings(name, PAPER, flocks)["objective"]).all()
-    rule = load_policy("turn-away" if objective == "min_mean_distance" else "keep-distance")
-    assert reached.mean() > tasks[name].spec.values(rollout(PAPER, rule, flocks)).mean()
+    rule = fe.load_policy("turn-away" if objective == "min_mean_distance" else "keep-distance")
+    assert reached.mean() > tasks[name].spec.values(fe.rollout(PAPER, rule, flocks)).mean()
 
 
 def test_free_headings_need_straight_predators_and_a_constant_speed() -> None:
@@ -81,7 +73,7 @@ def test_free_headings_need_straight_predators_and_a_constant_speed() -> None:
         assert not is_bounded(SMALL.replace(**change))
     assert not is_bounded(SMALL.replace(predators=(PurePursuit(*approach("center")),)))
     assert is_bounded(SMALL)
-    with pytest.raises(InputError, match="straight"):
+    with pytest.raises(fe.InputError, match="straight"):
         free_headings("pursuit", "pursuit", HELD_OUT[:2])
 
 
@@ -108,7 +100,7 @@ def test_a_schedule_is_no_worse_than_a_constant_range_and_replays(
     assert best == max(values.max() for _, values in played) > constants.max()
     schedules, values = max(rest, key=lambda generation: generation[1].max())
     ranges = task.options["max_range"] * schedules[values.argmax(), :3].astype(np.float32).astype(float) ** 2
-    run = simulate(SMALL, policy=ScheduledRange(np.repeat(ranges, 12)), seed=HELD_OUT[0])
+    run = fe.simulate(SMALL, policy=fe.ScheduledRange(np.repeat(ranges, 12)), seed=HELD_OUT[0])
     distances = run.mean_distance if objective == "min_mean_distance" else run.min_distance
     assert distances.min() == pytest.approx(best, abs=1e-3)
 
@@ -125,7 +117,7 @@ def test_equal_ranges_gain_nothing_and_the_order_is_the_sign() -> None:
 def test_gains_equal_episodes_of_the_environment() -> None:
     """In PettingZoo's environment, with the roles that the flock's seed draws."""
     task, seed, means = tasks["pursuit"], 3, []
-    env = parallel_env(task.scenario, **{**task.options, "reward": "individual", "action_mode": "range"})
+    env = fe.parallel_env(task.scenario, **{**task.options, "reward": "individual", "action_mode": "range"})
     first = np.random.default_rng(seed).permutation(300) < 150
     for holds in (first, ~first):
         env.reset(seed=seed)

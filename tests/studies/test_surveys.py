@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 import pytest
-from cli_runs import Ran
+from cli_runs import Cli
 from option_table import small_flock
 
 from flockesc_env import PRESETS, FlockScenario, rollout, simulate, sweep
@@ -72,10 +72,10 @@ def test_the_range_is_chosen_and_measured_on_different_flocks() -> None:
     assert found.finding is Finding.LIKE_LONGEST
 
 
-def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_tiny_survey_end_to_end(tmp_path: Path, cli: Cli) -> None:
     output = tmp_path / "robustness"
     flags = ["--num-flocks", 2, "--presets", "paper-flock", "pursuit", "--output", output]
-    ran = Ran(capsys, "robustness", *flags, "--backend", "serial", run=STUDIES.main)
+    ran = cli("robustness", *flags, "--backend", "serial", run=STUDIES.main)
     assert ran.code == Exit.DONE, ran.err
     text = (output / RESULTS_FILE).read_text("utf-8")
     results = RobustnessResults.load(output)
@@ -92,7 +92,7 @@ def test_a_tiny_survey_end_to_end(tmp_path: Path, capsys: pytest.CaptureFixture[
             assert means == pytest.approx(measured.values(objective).mean(axis=1), abs=1e-9)
 
     stamps = {path: path.stat().st_mtime_ns for path in (output / "cache").iterdir()}
-    assert Ran(capsys, "robustness", *flags, run=STUDIES.main).code == Exit.DONE
+    assert cli("robustness", *flags, run=STUDIES.main).code == Exit.DONE
     assert {path: path.stat().st_mtime_ns for path in (output / "cache").iterdir()} == stamps
     assert (output / RESULTS_FILE).read_text("utf-8") == text
 
@@ -112,7 +112,7 @@ def test_committed_surveys_are_complete() -> None:
 
 
 def test_one_part_is_measured_and_the_others_keep_their_results(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     small = {"SIZES": {10: 4, 60: 4}, "CONTROL": 10, "NUM_STEPS": 400, "SKIP": 50}
     for name, value in small.items():
@@ -120,7 +120,7 @@ def test_one_part_is_measured_and_the_others_keep_their_results(
     stored = ValidationResults.load(ROOT / "results" / "validation")
     (tmp_path / RESULTS_FILE).write_text(document(stored))
     flags = ["--output", tmp_path, "--backend", "serial"]
-    ran = Ran(capsys, "validation", "--only", "vicsek", *flags, run=STUDIES.main)
+    ran = cli("validation", "--only", "vicsek", *flags, run=STUDIES.main)
     assert ran.code == Exit.DONE, ran.err
     found = ValidationResults.load(tmp_path)
     assert list(found.parts) == list(stored.parts)
@@ -136,8 +136,8 @@ def test_one_part_is_measured_and_the_others_keep_their_results(
 
 
 @pytest.mark.parametrize("flags", [["--only", "wings"], ["--scale", "0"]], ids=lambda flags: flags[0])
-def test_unknown_parts_and_shares_are_refused(flags: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    ran = Ran(capsys, "validation", *flags, run=STUDIES.main)
+def test_unknown_parts_and_shares_are_refused(flags: list[str], cli: Cli) -> None:
+    ran = cli("validation", *flags, run=STUDIES.main)
     assert ran.code == Exit.REFUSED
     assert flags[0].strip("-") in ran.err
 

@@ -22,7 +22,6 @@ from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env import policies, scenario
-from flockesc_env.episodes.predators import PredatorPolicy
 from flockesc_env.models import Trajectory
 from flockesc_env.policies import Architecture
 
@@ -184,7 +183,6 @@ BY_TYPE: dict[Any, tuple[Callable[..., Kind], Any]] = {
     Architecture: (part, NET),
     policies.Policy: (part, fe.FixedRange(5.0)),
     policies.BasePolicy: (part, NAMED),
-    PredatorPolicy: (part, None),  # the scenarios of the table have no learned predator
     float: (number, 2.0),
     Path: (file, "made.npz"),
     PathLike[str]: (file, "policy.npz"),
@@ -244,10 +242,15 @@ EXCEPTIONS: dict[str, Kind] = {
     "compare.ranges": floats([0.25, 0.5], is_signed=False, any_length=True),
     "rollout.scenario": part(FLOCK, scenario.Disc()),
     "vec_env.scenario": part(FLOCK, scenario.Disc()),
+    "record": part(["polarization"], ("speed",), (1,), np.array(["polarization"]), accepts=(tuple,)),
+    "Flock.velocities": floats(np.tile([6.0, 8.0], (5, 1))),
+    "extra_force": Kind(None, accepts=(type(len), type)),
     "model": part(Model()),
     "vec_normalize": part(None),
     "BatchVectorEnv.flock_policy": part(None),
     "BatchVecEnv.flock_policy": part(None),
+    "compare.flock_policy": part(None),
+    "predator_policy": part(None),  # the scenarios of the table have no learned predator
     "bind.policy": part(fe.FixedRange(5.0)),
     "env": part(None),  # tests/policies/test_wrapped.py has good ones
     "eval_env": part(None),

@@ -1,9 +1,8 @@
-"""Back ends and functions of jobs for tests."""
-
-from __future__ import annotations
+"""Functions of jobs for tests. As a program: ``FUNCTION COUNT CACHE BACKEND SECONDS`` runs jobs."""
 
 import os
 import signal
+import subprocess
 import sys
 import time
 from importlib.util import find_spec
@@ -15,7 +14,7 @@ import numpy as np
 import flockesc_env
 from flockesc_env import FlockScenario
 from flockesc_env.common.checks import as_threads
-from flockesc_env.jobs import Arrays, Job
+from flockesc_env.jobs import Arrays, Cache, Job, find_backend, run
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 
 if TYPE_CHECKING:  # every worker process imports this file, and pytest takes half of that time
@@ -27,7 +26,7 @@ SMALL = FlockScenario(num_agents=12, num_steps=9)
 SQUARE = "backends:square"
 
 
-def note_calls(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def note_calls(tmp_path: Path, monkeypatch: "pytest.MonkeyPatch") -> Path:
     """Note calls in a folder, and let processes that submitit starts import this package and helpers."""
     folder = tmp_path / "calls"
     folder.mkdir()
@@ -120,8 +119,18 @@ def large(number: int) -> Arrays:
     return {"noise": np.random.default_rng(number).random(250_000)}
 
 
-def jobs_of(name: str, count: int = 12) -> list[Job]:
-    return [Job(f"backends:{name}", (number,)) for number in range(count)]
+def jobs_of(name: str, count: int = 12, seconds: float = 1.0) -> list[Job]:
+    return [Job(f"backends:{name}", (number,), seconds) for number in range(count)]
+
+
+def start_driver(
+    name: str, count: int, cache: Path, backend: str, seconds: float = 1.0, environment: Any = None
+) -> "subprocess.Popen[str]":
+    """Run jobs in another process, with its own process group, as a terminal does."""
+    words = map(str, (name, count, cache, backend, seconds))
+    streams: Any = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    command = [sys.executable, "-m", "backends", *words]
+    return subprocess.Popen(command, env=environment, start_new_session=True, **streams)  # noqa: S603
 
 
 def sweep_jobs() -> list[Job]:
@@ -136,3 +145,9 @@ def calls(folder: Path, number: int | None = None) -> int:
 
 def contents(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in sorted(folder.glob("*.npz"))}
+
+
+if __name__ == "__main__":
+    name, count, cache, backend, seconds = sys.argv[1:]
+    run(jobs_of(name, int(count), float(seconds)), Cache(Path(cache)), find_backend(backend))
+    print("done")

@@ -3,8 +3,9 @@
 import json
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,10 @@ class Ran:
         return document
 
 
+Cli = Callable[..., Ran]
+"""The fixture ``cli`` of conftest.py: a function of the words of a command."""
+
+
 def run_process(*argv: object, **streams: Any) -> subprocess.CompletedProcess[str]:
     command = [*FLOCKESC, *map(str, argv)]
     return subprocess.run(command, text=True, timeout=TIMEOUT, check=False, **streams)  # noqa: S603
@@ -48,6 +53,12 @@ def small_files(size: int) -> Iterator[None]:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def npz(**arrays: Any) -> bytes:
+    """Return the bytes of a file of arrays."""
+    np.savez(packed := BytesIO(), **arrays)
+    return packed.getvalue()
 
 
 def policy_file(path: Path, scenario: FlockScenario | LineScenario = SMALL) -> Path:

@@ -12,7 +12,7 @@ import gymnasium
 import numpy as np
 from gymnasium.spaces import Box, MultiDiscrete
 from gymnasium.vector import AutoresetMode
-from option_table import UNLIKE, small_flock
+from option_table import RANDOM, UNLIKE, small_flock
 from pettingzoo import AECEnv, ParallelEnv
 from same import plain
 from stable_baselines3.common.vec_env import VecEnv
@@ -24,7 +24,6 @@ from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import Pursue, RowMemory
 from flockesc_env.sb3 import vec_env
-from flockesc_env.scenario import PurePursuit, Wandering
 
 FLOCKS: dict[str, Callable[..., Any]] = {
     "gymnasium": fe.FlockEscapeEnv,
@@ -39,11 +38,6 @@ FLOCKS: dict[str, Callable[..., Any]] = {
 """The environments of flocks by scenario and options."""
 FLOCK = small_flock(num_steps=40)
 """Episodes of 10 actions."""
-RANDOM = (
-    Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
-    PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
-)
-"""Predators that draw random numbers."""
 CAPTURE, HUNTED = FLOCK.replace(capture_radius=6.0), FLOCK.with_learned_predators()
 LINE = fe.LineScenario(num_agents=30, escape_force="linear_as_printed", max_steps=10)
 PICTURES = {"render_mode": "rgb_array", "render_size": 160}

@@ -128,7 +128,6 @@ def run(num_threads: int, seed: int, scenario: fe.FlockScenario, rho: float) -> 
 
 
 def cases() -> dict[str, Case]:
-    """Return every case by name."""
     found: dict[str, Case] = {name: partial(registered, name=name) for name in sorted(versioned_ids())}
     for name, known in fe.PRESETS.items():
         scenario = known.scenario

@@ -64,7 +64,6 @@ def cases() -> dict[str, Case]:
 
 
 def outcome_hash(case: Case, num_threads: int) -> str:
-    """Return the hash of all outcomes of a case."""
     scenario, architecture, options = case
     played = rollout(scenario, policy_of(architecture), SEEDS, num_threads=num_threads, **options)
     digest = hashlib.sha256()

@@ -147,7 +147,6 @@ class Reference:
         return [rows.get(name, {}) for name in range(self.scenario.num_agents)]
 
     def agent_row(self, agent: int) -> dict[str, float]:
-        """Return the row of one surviving agent."""
         scenario, state, side = self.scenario, self.state, self.scenario.initial_side
         position, velocity = state.positions[agent], state.velocities[agent]
         heard = self.heard_velocities[agent]

@@ -11,7 +11,7 @@ import pytest
 from covertable import make
 
 import flockesc_env as fe
-from flockesc_env.scenario import ConstantVelocity, Intercept, PurePursuit, Uniform, Voronoi
+from flockesc_env.scenario import ConstantVelocity, Intercept, PurePursuit, Uniform, Voronoi, Wandering
 from flockesc_env.scenario.objectives import Objective
 from flockesc_env.scenario.options import ActionMode, IndividualReward, LineReward, TeamReward
 from flockesc_env.scenario.predators import PrescribedPath, Start
@@ -47,6 +47,13 @@ UNLIKE: dict[str, Any] = {
 }
 
 
+RANDOM = (
+    Wandering((10.0, 10.0), (5.0, 0.0), angular_diffusion=2.0),
+    PurePursuit((30.0, 0.0), (0.0, 9.0), confusion_rate=2.0),
+)
+"""Predators that draw random numbers."""
+
+
 def covering(**values: Iterable[Any]) -> list[dict[str, Any]]:
     """Return rows of named values that contain each combination of two values of different names."""
     choices = {name: tuple(each) for name, each in values.items()}
@@ -71,7 +78,6 @@ LINE = {"action_mode": ACTION_MODES, "reward": get_args(LineReward), "steps_per_
 
 
 def label(options: dict[str, Any]) -> str:
-    """Return the test id of a combination."""
     return "-".join(str(value) for value in options.values())
 
 

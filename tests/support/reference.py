@@ -240,7 +240,6 @@ def polarization(velocities: Floats) -> float:
 
 
 def line_step(scenario: fe.LineScenario, states: Floats, rho: float) -> Floats:
-    """Advance the line by one step."""
     neighbors = np.abs(states[:, None] - states[None, :]) <= rho
     moved = (neighbors @ states) / neighbors.sum(axis=1)
     if scenario.predator_position is None:

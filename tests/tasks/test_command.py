@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 import pytest
-from cli_runs import Ran, policy_file
+from cli_runs import Cli, Ran, policy_file
 
 from flockesc_env import load_policy
 from flockesc_env.cli import tasks as command
@@ -35,12 +35,12 @@ def folder(few_flocks: range, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     return tmp_path
 
 
-def score(capsys: pytest.CaptureFixture[str], *words: str) -> Ran:
-    return Ran(capsys, "score", *words, "--task", TASK)
+def score(cli: Cli, *words: str) -> Ran:
+    return cli("score", *words, "--task", TASK)
 
 
-def test_tasks_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    listed, document = Ran(capsys, "tasks"), Ran(capsys, "tasks", "--json").json()
+def test_tasks_are_listed(cli: Cli) -> None:
+    listed, document = cli("tasks"), cli("tasks", "--json").json()
     assert listed.code == Exit.DONE
     assert list(document["tasks"]) == list(tasks)
     for name, task in tasks.items():
@@ -55,67 +55,61 @@ def test_tasks_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
             assert task.spec.text(scale.one) in row
 
 
-def test_policies_are_scored_verified_and_compared(
-    few_flocks: range, folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    ran = score(capsys, "mine-0.npz", "--learner", "mine", "--output", "mine.json")
+def test_policies_are_scored_verified_and_compared(few_flocks: range, folder: Path, cli: Cli) -> None:
+    ran = score(cli, "mine-0.npz", "--learner", "mine", "--output", "mine.json")
     result = read_result(folder / "mine.json")
     assert (ran.code, result.learner, result.training) == (Exit.DONE, "mine", None)
     assert ran.out.startswith(f"{TASK}, mine: score {result.scores()[0]:.3f}\n")
 
-    draft = score(capsys, "mine-0.npz", "--flocks", "2", "--json").json()
+    draft = score(cli, "mine-0.npz", "--flocks", "2", "--json").json()
     assert (draft["flocks"], draft["task"]) == ([few_flocks.start, 2], TASK)
     assert draft["policies"][0]["objectives"]["paper-flock"] == result.values("paper-flock")[0, :2].tolist()
-    few = score(capsys, "mine-0.npz", "--flocks", "2")
+    few = score(cli, "mine-0.npz", "--flocks", "2")
     assert few.out.startswith(f"{TASK}, random: draft score {draft['scores'][0]:.3f} on 2 of 6 flocks, no")
 
-    score(capsys, "stubborn-leaders", "--output", "rule.json")
+    score(cli, "stubborn-leaders", "--output", "rule.json")
     (folder / "other.json").write_text((folder / "rule.json").read_text().replace('"v1"', '"v2"'))
     flags = ("mine.json", "rule.json", "--flocks", 4)
-    ran = Ran(capsys, "verify", *flags)
+    ran = cli("verify", *flags)
     assert ran.code == Exit.DONE
     assert "mine.json: verified: 4 of 6 flocks, 1 policies; not verified: learner, training and" in ran.out
     assert "score" not in ran.out
     seed = int(re.fullmatch(r"flockesc: playing 4 of 6 flocks, which --draw (\d+) repeats\n", ran.err)[1])
-    assert Ran(capsys, "verify", *flags, "--draw", seed).out == ran.out
+    assert cli("verify", *flags, "--draw", seed).out == ran.out
     at = [flock - few_flocks.start for flock in draw_flocks(4, seed)]
     mean = result.values("paper-flock")[:, at].mean()
     assert f"means of these flocks\n  paper-flock: J_mean {mean:.1f} m\n" in ran.out
-    ran = Ran(capsys, "verify", "other.json", "mine.json", "none.json")
+    ran = cli("verify", "other.json", "mine.json", "none.json")
     assert ran.code == Exit.REFUSED
     assert "refused: other.json: version: expected v1, got 'v2'" in ran.err
     assert "refused: none.json: No such file or directory (flockesc score --output none.json" in ran.err
     assert ran.out.startswith("mine.json: verified: 6 of 6 flocks, 1 policies")
     assert f"score {result.scores()[0]:.3f}" in ran.out
-    ran = Ran(capsys, "verify", "other.json", "mine.json", "--json")
+    ran = cli("verify", "other.json", "mine.json", "--json")
     first, second = ran.json()["files"]
     assert (ran.code, first["outcome"], second["outcome"]) == (Exit.REFUSED, "refused", "verified")
     assert "version: expected v1" in first["error"]
     assert second["scores"] == result.scores().tolist()
 
 
-def test_a_full_disk_loses_no_score(
-    folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_full_disk_loses_no_score(folder: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*arguments: object, **options: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(command, "write_result", full)
-    ran = score(capsys, "mine-0.npz", "--output", "mine.json")
+    ran = score(cli, "mine-0.npz", "--output", "mine.json")
     assert ran.code == Exit.REFUSED
     assert "score 0." in ran.out
 
 
-def test_code_is_scored_with_a_mark_and_not_verified(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    ran = score(capsys, f"{__name__}:rule", "--output", "code.json")
+def test_code_is_scored_with_a_mark_and_not_verified(folder: Path, cli: Cli) -> None:
+    ran = score(cli, f"{__name__}:rule", "--output", "code.json")
     assert ran.code == Exit.DONE, ran.err
     assert "; played by its author's code" in ran.out
     assert read_result(folder / "code.json").is_code
-    same = score(capsys, "stubborn-leaders", "--json").json()["policies"][0]["objectives"]
+    same = score(cli, "stubborn-leaders", "--json").json()["policies"][0]["objectives"]
     assert read_result(folder / "code.json").policies[0].objectives == same
-    ran = Ran(capsys, "verify", "code.json")
+    ran = cli("verify", "code.json")
     assert (ran.code, ran.out) == (Exit.REFUSED, "")
     assert "expected a policy file or the name of a policy, which can be played again, got" in ran.err
 
@@ -141,15 +135,13 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_named_in_a_line_and_nothing_is_written(
-    name: str, folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_bad_input_is_named_in_a_line_and_nothing_is_written(name: str, folder: Path, cli: Cli) -> None:
     argv, message = BAD[name]
     (folder / "training.toml").write_text("seeds = [0]\nsamples = 10\n")
     (folder / "seeds.toml").write_text("seeds = [0, 1]\nsamples = 10\ncpu_minutes = [1.0, 1.0]\n[versions]\n")
     before = sorted(folder.iterdir())
     output = [] if "--output" in argv or argv[0] != "score" else ["--output", "result.json"]
-    ran = Ran(capsys, *argv, *output)
+    ran = cli(*argv, *output)
     assert (ran.code, ran.out) == (Exit.REFUSED, "")
     (line,) = [line for line in ran.err.splitlines() if "playing" not in line]
     assert message in line

@@ -170,11 +170,6 @@ def test_damaged_files_are_refused(path: Path) -> None:
             verify(path)
 
 
-def same_content(policy: Any) -> Any:
-    """Return a policy with another name and reward."""
-    return policy.with_options(name="other", reward="terminal")
-
-
 def with_an_idle_unit(policy: Any) -> Any:
     """Return a network with one more hidden unit, of weight 0."""
     (rows, width), (_, outputs) = policy.architecture.shapes
@@ -186,23 +181,19 @@ def with_an_idle_unit(policy: Any) -> Any:
     return NetworkPolicy(wide, np.concatenate([first.ravel(), last.ravel()])).with_options(**known)
 
 
-@pytest.mark.parametrize("again", [same_content, with_an_idle_unit])
-def test_a_policy_counts_once_whatever_its_file_is_called(again: Callable[[Any], Any], path: Path) -> None:
+def test_a_policy_counts_once_whatever_its_file_is_called(path: Path) -> None:
     """Equal objectives on all flocks are one policy."""
     file, copy = path.parent / FILE, path.parent / "policies/mine-1.npz"
-    save_policy(again(load_policy(file)), copy)
+    save_policy(with_an_idle_unit(load_policy(file)), copy)
     policies = [LoadedPolicy.of(str(one)) for one in (file, copy)]
-    with pytest.raises(
-        InputError, match=r"differ on some flock \(list equal ones once\), got one of them twice"
-    ):
+    twice = r"differ on some flock \(list equal ones once\), got one of them twice"
+    with pytest.raises(InputError, match=twice):
         score(policies, TASK, learner="mine", output=path)
     sha256 = hashlib.sha256(copy.read_bytes()).hexdigest()
     change(path, {"policies.1": {**json.loads(path.read_text())["policies"][0]}})
     change(path, {"policies.1.policy": "policies/mine-1.npz", "policies.1.sha256": sha256})
     for check in (read_result, verify):
-        with pytest.raises(
-            InputError, match=r"differ on some flock \(list equal ones once\), got one of them twice"
-        ):
+        with pytest.raises(InputError, match=twice):
             check(path)
 
 

@@ -11,18 +11,8 @@ import numpy as np
 import pytest
 
 import flockesc_env
-from flockesc_env import FlockScenario, InputError, LineScenario, load_policy, simulate, sweep
+from flockesc_env import FlockScenario, InputError, LineScenario, load_policy, policies, simulate, sweep
 from flockesc_env.episodes.splits import TUNING
-from flockesc_env.policies import (
-    NAMES,
-    Architecture,
-    BasePolicy,
-    FixedRange,
-    NetworkPolicy,
-    RandomRange,
-    ScheduledRange,
-    StubbornLeaders,
-)
 from flockesc_env.scenario.options import EnvOptions, LineOptions
 from flockesc_env.taskset.fitting import FREE, is_checkable
 from flockesc_env.taskset.results import read_result
@@ -180,10 +170,10 @@ def changed(task: Task, **options: Any) -> Task:
 LOCAL, VISIBLE, ONE_RANGE = (tasks[name] for name in ("per-agent-local", "per-agent-visible", "one-range"))
 PROFILE = changed(VISIBLE, profile_ranges=[0.0, 5.0, 10.0])
 LINE = tasks["line"]
-ZERO = NetworkPolicy(Architecture(("time",), ()), [0.0, 0.0])
+ZERO = policies.NetworkPolicy(policies.Architecture(("time",), ()), [0.0, 0.0])
 
 
-def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> BasePolicy:
+def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> policies.BasePolicy:
     policy = ZERO.with_options(per_agent=per_agent, scenario=scenario)
     policy.options = {"max_range": 20.0, "steps_per_action": 4, **options}  # unchecked
     return policy
@@ -223,7 +213,7 @@ def named(per_agent: bool = True, scenario: Any = None, **options: Any) -> BaseP
         (named(steps_per_action=3), LOCAL, "steps_per_action", "at least 4, as in the task, got 3"),
     ],
 )
-def test_policies_that_see_more_do_not(entry: BasePolicy, task: Task, field: str, message: str) -> None:
+def test_policies_that_see_more_do_not(entry: Any, task: Task, field: str, message: str) -> None:
     with pytest.raises(InputError) as caught:
         task.setup(entry)
     assert caught.value.field == field
@@ -239,7 +229,7 @@ def test_every_option_is_checked_or_free() -> None:
 
 def test_untrained_rules_and_random_ranges_play_with_the_ranges_and_the_rate_of_the_task() -> None:
     bounds = {"max_range": 40.0, "steps_per_action": 4}
-    for policy in ("listen-while-threatened", "random", StubbornLeaders(interaction_range=99.0)):
+    for policy in ("listen-while-threatened", "random", policies.StubbornLeaders(interaction_range=99.0)):
         entry = LOCAL.setup(policy)
         assert {name: getattr(entry.options, name) for name in bounds} == bounds
         ranges = simulate(
@@ -247,18 +237,18 @@ def test_untrained_rules_and_random_ranges_play_with_the_ranges_and_the_rate_of_
         ).interaction_ranges
         assert ranges.max() <= 40.0
         assert (ranges[0] == ranges[3]).all()
-    assert LOCAL.setup(FixedRange(150.0)).options.max_range == 150.0
+    assert LOCAL.setup(policies.FixedRange(150.0)).options.max_range == 150.0
     trained = load_policy("stubborn-witnesses").with_options(scenario=FlockScenario())
     with pytest.raises(InputError, match="max_range: expected at most 40, as in the task, got 100"):
         LOCAL.setup(trained)
 
 
-class Own(StubbornLeaders):
+class Own(policies.StubbornLeaders):
     """Code of a user."""
 
 
 def test_only_classes_of_the_package_are_checkable() -> None:
-    assert all(is_checkable(load_policy(name.replace("RHO", "1"))) for name in NAMES)
-    assert is_checkable(ScheduledRange([1.0]))
-    assert is_checkable(RandomRange(0))
+    assert all(is_checkable(load_policy(name.replace("RHO", "1"))) for name in policies.NAMES)
+    assert is_checkable(policies.ScheduledRange([1.0]))
+    assert is_checkable(policies.RandomRange(0))
     assert not is_checkable(Own())

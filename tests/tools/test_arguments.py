@@ -98,6 +98,7 @@ def go_on(env: Any) -> list[Any]:
 AFTER: dict[Any, Callable[[Any], Any]] = {
     fe.load_policy: lambda made: made.parameters,
     bind: lambda _: None,
+    models.Flock: lambda flock: flock.get_state(),
     RandomRange: lambda made: made._rng.bit_generator.state,
     fe.NetworkPolicy: lambda made: made.parameters,
     policies.SB3Policy: lambda _: None,
@@ -193,6 +194,26 @@ def method_rows(name: str) -> dict[str, Row]:
     return {f"{name}: {call}": row for call, row in rows.items()}
 
 
+def flock_rows() -> dict[str, Row]:
+    """Return the rows of the methods and of the settable properties of a flock that a script steps."""
+    made = models.Flock(table.FLOCK.with_learned_predators(), seed=3)
+    ranges = table.floats(table.PER_AGENT, is_signed=False, or_number=True)
+    actions = optional(predator_actions=table.floats(np.full((1, 2), 0.5)))
+    calls = {
+        "step": {"ranges": ranges, "num_steps": table.integer(2), **actions},
+        "set_state": {"state": state(made.get_state())},
+    }
+    rows = {call: Row(partial(method, call), arguments) for call, arguments in calls.items()}
+    kinds = {"positions": table.floats(table.POINTS), "velocities": table.EXCEPTIONS["Flock.velocities"]}
+    for name, kind in kinds.items():
+        rows[name] = Row(lambda flock, **given: setattr(flock, *next(iter(given.items()))), {name: kind})
+    after = models.Flock.get_state
+    return {
+        f"Flock: {call}": dataclasses.replace(row, subject=made.copy, after=after)
+        for call, row in rows.items()
+    }
+
+
 WITH_METHODS = (
     *("gymnasium", "predator", "line", "vector", "a slot per agent", "parallel", "parallel with predators"),
     *("stable-baselines3", "stable-baselines3, a slot per agent"),
@@ -217,6 +238,7 @@ CALLABLES = {name: row_of(call) for name, call in _public().items() if name not 
     "draw": row_of(draw),
 }
 ROWS = CALLABLES | {key: row for name in WITH_METHODS for key, row in method_rows(name).items()}
+ROWS |= flock_rows()
 rows = pytest.mark.parametrize("row", ROWS.values(), ids=ROWS)
 
 

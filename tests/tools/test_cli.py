@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from cli_runs import SMALL, SMALL_FLAGS, Ran, plain, policy_file, run_process, sweep_flags
+from cli_runs import SMALL, SMALL_FLAGS, Cli, plain, policy_file, run_process, sweep_flags
 
 import flockesc_env as fe
 from flockesc_env import __version__
@@ -22,10 +22,10 @@ from flockesc_env.scenario import AlignedHeadings, Herd, Intercept, PurePursuit,
 from flockesc_env.taskset import tasks
 
 
-def test_a_simulation_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_simulation_equals_the_librarys(cli: Cli, tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     flags = ["fixed:10", "--seed", 7, *SMALL_FLAGS]
-    ran = Ran(capsys, "simulate", *flags, "--json", "--output", path)
+    ran = cli("simulate", *flags, "--json", "--output", path)
     run = fe.simulate(SMALL, 10.0, seed=7)
     document = ran.json()
     assert ran.code == Exit.DONE
@@ -36,14 +36,14 @@ def test_a_simulation_equals_the_librarys(capsys: pytest.CaptureFixture[str], tm
     assert fe.FlockScenario.from_json(json.dumps(document["scenario"])) == SMALL
     np.testing.assert_array_equal(load_run(path).trajectory.positions, run.positions)
 
-    for_people = Ran(capsys, "simulate", *flags).out
+    for_people = cli("simulate", *flags).out
     assert f"{run.mean_distance.min():.3f}" in for_people
     assert "J_mean" in for_people
 
 
-def test_a_simulation_without_a_range_takes_the_best_fixed_one(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_simulation_without_a_range_takes_the_best_fixed_one(cli: Cli) -> None:
     (scale,) = tasks["per-agent-visible"].scales.values()
-    document = Ran(capsys, "simulate", "--seed", 7, *SMALL_FLAGS, "--json").json()
+    document = cli("simulate", "--seed", 7, *SMALL_FLAGS, "--json").json()
     assert document["policy"] == f"fixed:{scale.best_fixed_range:g}"
     assert document["min_mean_distance"] == fe.simulate(SMALL, 12.0, seed=7).mean_distance.min()
 
@@ -52,24 +52,20 @@ def test_a_simulation_without_a_range_takes_the_best_fixed_one(capsys: pytest.Ca
     ("spec", "predator"), [("stubborn-leaders", None), ("mine.NPZ", None), ("fixed:9", "pursue")]
 )
 def test_a_policy_is_simulated(
-    spec: str,
-    predator: str | None,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    spec: str, predator: str | None, cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     is_file = spec.endswith("NPZ")  # knows its scenario
     policy = fe.load_policy(policy_file(Path(spec)) if is_file else spec)
     flags = [*([] if is_file else SMALL_FLAGS), *(["--predator", predator] if predator else [])]
     scenario = SMALL.with_learned_predators() if predator else SMALL
-    document = Ran(capsys, "simulate", spec, "--seed", 7, *flags, "--json", "--output", "run.npz").json()
+    document = cli("simulate", spec, "--seed", 7, *flags, "--json", "--output", "run.npz").json()
     run, saved = fe.simulate(scenario, policy=policy, seed=7, predator_policy=predator), load_run("run.npz")
     assert (document["policy"], saved.name) == (spec, spec)
     assert run_differences(saved.trajectory, run) == []
-    assert Ran(capsys, "replay", "run.npz").code == Exit.DONE
+    assert cli("replay", "run.npz").code == Exit.DONE
     other = ("--scenario", "flock-1000", "--set", "num_steps=2")
-    assert Ran(capsys, "simulate", spec, *other, "--json").json()["scenario"]["num_agents"] == 1000
+    assert cli("simulate", spec, *other, "--json").json()["scenario"]["num_agents"] == 1000
 
 
 CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
@@ -102,33 +98,33 @@ CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
 
 
 @pytest.mark.parametrize("name", CHANGED)
-def test_every_kind_of_field_can_be_set(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_kind_of_field_can_be_set(name: str, cli: Cli) -> None:
     changes, scenario = CHANGED[name]
     is_line = isinstance(scenario, fe.LineScenario)
     own = ["--scenario", "paper-line", *SMALL_FLAGS[:2]] if is_line else SMALL_FLAGS
     flags = [word for change in changes for word in ("--set", change)]
-    ran = Ran(capsys, "simulate", "fixed:0.3", "--seed", 1, *own, *flags, "--json")
+    ran = cli("simulate", "fixed:0.3", "--seed", 1, *own, *flags, "--json")
     assert ran.json()["model"] == ("line" if is_line else "flock")
     assert type(scenario).from_json(json.dumps(ran.json()["scenario"])) == scenario
 
 
 @pytest.mark.parametrize(("suffix", "encoding"), [(".TOML", "utf-8-sig"), (".json", "utf-8")])
 def test_a_scenario_comes_from_a_file_and_is_changed(
-    suffix: str, encoding: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    suffix: str, encoding: str, cli: Cli, tmp_path: Path
 ) -> None:
     path, pursuer = tmp_path / f"storm{suffix}", PurePursuit(velocity=(12.0, 0.0))
     scenario = SMALL.replace(num_agents=3, mass=(0.1, 1.0, 2.0), predators=(pursuer,))
     written = scenario.replace(num_steps=30)
     path.write_text(written.to_toml() if suffix == ".TOML" else written.to_json(), encoding)
     flags = ["--scenario", path, "--set", "num_steps=9", "--seed", 1]
-    document = Ran(capsys, "simulate", "fixed:3", *flags, "--json").json()
+    document = cli("simulate", "fixed:3", *flags, "--json").json()
     assert fe.FlockScenario.from_json(json.dumps(document["scenario"])) == scenario
 
 
-def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_sweep_equals_the_librarys(cli: Cli, tmp_path: Path) -> None:
     result = fe.sweep(SMALL, [0, 5.5, 100], range(3, 40))
     path = tmp_path / "sweep.parquet"
-    ran = Ran(capsys, *sweep_flags("--json", "--output", path, "--objective", "min_min_distance"))
+    ran = cli(*sweep_flags("--json", "--output", path, "--objective", "min_min_distance"))
     document = ran.json()
     assert ran.code == Exit.DONE
     mean, low, high = result.mean_with_interval("min_min_distance")
@@ -140,7 +136,7 @@ def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pat
     assert document["hindsight_oracle"] == result.hindsight_oracle("min_min_distance").mean()
     assert (document["seeds"], document["interrupted"]) == ({"start": 3, "stop": 40}, False)
 
-    rows = Ran(capsys, *sweep_flags("--objective", "min_min_distance")).out.splitlines()
+    rows = cli(*sweep_flags("--objective", "min_min_distance")).out.splitlines()
     (marked,) = [row for row in rows if row.lstrip().startswith("* ") and "seed" not in row]
     assert float(marked.split()[1]) == result.best_range("min_min_distance")
 
@@ -148,40 +144,38 @@ def test_a_sweep_equals_the_librarys(capsys: pytest.CaptureFixture[str], tmp_pat
     result.to_parquet(other)
     assert pl.read_parquet(path).equals(pl.read_parquet(other))
     assert pl.read_parquet_metadata(path)["scenario"] == SMALL.to_json()
-    Ran(capsys, *sweep_flags("--output", tmp_path / "sweep.CSV"))
+    cli(*sweep_flags("--output", tmp_path / "sweep.CSV"))
     assert pl.read_csv(tmp_path / "sweep.CSV").equals(result.table().cast({"seed": pl.Int64}))
     for name, start in (("curve.PNG", b"\x89PNG"), ("curve.svg", b"<?xml")):
-        Ran(capsys, *sweep_flags("--output", tmp_path / name))
+        cli(*sweep_flags("--output", tmp_path / name))
         assert (tmp_path / name).read_bytes().startswith(start)
     assert len(list(tmp_path.iterdir())) == 5
 
 
-def test_a_curve_has_its_own_style(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_curve_has_its_own_style(cli: Cli, tmp_path: Path) -> None:
     settings = tmp_path / "matplotlibrc"
     settings.write_text("text.usetex: True\nfont.family: No Such Font\nsavefig.facecolor: red\n")
     environment = {**os.environ, "MATPLOTLIBRC": str(settings), "MPLBACKEND": "nonsense"}
     ran = run_process(*sweep_flags("--output", tmp_path / "user.png"), env=environment, capture_output=True)
     assert ran.returncode == Exit.DONE, ran.stderr
-    Ran(capsys, *sweep_flags("--output", tmp_path / "own.png"))
+    cli(*sweep_flags("--output", tmp_path / "own.png"))
     assert (tmp_path / "user.png").read_bytes() == (tmp_path / "own.png").read_bytes()
 
 
-def test_a_sweep_of_a_line_and_of_one_without_a_predator(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_a_sweep_of_a_line_and_of_one_without_a_predator(cli: Cli, tmp_path: Path) -> None:
     flags = ["sweep", "--scenario", "paper-line", "--set", "num_agents=9"]
     flags += ["--seeds", "5", "--interaction-ranges", "0.1", "0.5"]
     line = fe.sweep(fe.LineScenario(num_agents=9), [0.1, 0.5], range(5))
-    document = Ran(capsys, *flags, "--json").json()
+    document = cli(*flags, "--json").json()
     assert [row["mean"] for row in document["ranges"]] == line.values().mean(axis=1).tolist()
-    alone = Ran(capsys, *flags, "--set", "predator_position=None", "--json").json()
+    alone = cli(*flags, "--set", "predator_position=None", "--json").json()
     assert (alone["best_range"], alone["ranges"][0]["mean"]) == (None, None)
-    curve = Ran(capsys, *flags, "--set", "predator_position=None", "--output", tmp_path / "curve.png")
+    curve = cli(*flags, "--set", "predator_position=None", "--output", tmp_path / "curve.png")
     assert curve.code == Exit.REFUSED
     assert "output: expected a .parquet or .csv file" in curve.err
 
 
-def test_replay_prints_whether_runs_match(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_replay_prints_whether_runs_match(cli: Cli, tmp_path: Path) -> None:
     run = fe.simulate(SMALL, 10.0, seed=7)
     same, other, broken = tmp_path / "same.npz", tmp_path / "other.npz", tmp_path / "broken.npz"
     save_run(run, same)
@@ -190,11 +184,11 @@ def test_replay_prints_whether_runs_match(capsys: pytest.CaptureFixture[str], tm
     save_run(dataclasses.replace(run, velocities=velocities), other)
     broken.write_bytes(same.read_bytes()[:100])
 
-    differs = Ran(capsys, "replay", other, same)
+    differs = cli("replay", other, same)
     assert (differs.code, differs.err) == (Exit.FAILED, "")
     assert f"{other}: differs\n  velocities[2, 3, 1]: recorded" in differs.out
     assert differs.out.endswith(f"{same}: matches\n")
-    refused = Ran(capsys, "replay", other, broken, tmp_path / "none.npz", same, "--json")
+    refused = cli("replay", other, broken, tmp_path / "none.npz", same, "--json")
     assert refused.code == Exit.REFUSED
     reports = refused.json()["files"]
     assert [report["outcome"] for report in reports] == ["differs", "refused", "refused", "matches"]
@@ -203,17 +197,15 @@ def test_replay_prints_whether_runs_match(capsys: pytest.CaptureFixture[str], tm
 
 
 @pytest.mark.parametrize("model", [[], ["--scenario", "paper-line"]])
-def test_a_sweep_of_jobs_is_the_librarys(
-    model: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_a_sweep_of_jobs_is_the_librarys(model: list[str], cli: Cli, tmp_path: Path) -> None:
     flags = ["sweep", *model, "--interaction-ranges", "0", "0.2", "--seeds", "3:70", "--json"]
     flags += ["--set", "num_agents=12"]
     jobs = ["--backend", "serial", "--cache", str(tmp_path / "cache")]
-    first, again = (Ran(capsys, *flags, *jobs) for _ in range(2))
+    first, again = (cli(*flags, *jobs) for _ in range(2))
     assert first.code == Exit.DONE, first.err
-    assert first.json() == again.json() == Ran(capsys, *flags).json()
+    assert first.json() == again.json() == cli(*flags).json()
     assert list((tmp_path / "cache").glob("*.npz"))
-    refused = Ran(capsys, *flags, *jobs, "--num-threads", 2)
+    refused = cli(*flags, *jobs, "--num-threads", 2)
     assert refused.code == Exit.REFUSED
     assert "num_threads" in refused.err
 
@@ -255,22 +247,18 @@ BAD: list[tuple[list[str], str]] = [
 
 @pytest.mark.parametrize(("argv", "message"), BAD)
 def test_bad_input_is_named(
-    argv: list[str],
-    message: str,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    argv: list[str], message: str, cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    ran = Ran(capsys, *argv)
+    ran = cli(*argv)
     assert (ran.code, ran.out) == (Exit.REFUSED, "")
     assert message in " ".join(plain(ran.err).split())
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("name", COMMANDS)
-def test_help_explains_every_flag(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    ran = Ran(capsys, name, "--help")
+def test_help_explains_every_flag(name: str, cli: Cli) -> None:
+    ran = cli(name, "--help")
     assert (ran.code, ran.err) == (Exit.DONE, "")
     assert f"Example: flockesc {name}" in ran.out
     assert max(map(len, ran.out.splitlines())) <= 80
@@ -283,21 +271,21 @@ def test_help_explains_every_flag(name: str, capsys: pytest.CaptureFixture[str])
         assert len(words.partition(mark)[0].split()) >= 4, words
 
 
-def test_the_first_help_lists_commands_and_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
-    ran = Ran(capsys)
-    assert (ran.code, ran.out) == (Exit.DONE, Ran(capsys, "--help").out)
+def test_the_first_help_lists_commands_and_exit_codes(cli: Cli) -> None:
+    ran = cli()
+    assert (ran.code, ran.out) == (Exit.DONE, cli("--help").out)
     assert all(f" {command}  " in ran.out for command in COMMANDS)
     assert all(f"{code.value}  {meaning}" in ran.out for code, meaning in MEANINGS.items())
 
 
 @pytest.mark.parametrize(("value", "is_colored"), [("1", False), ("", True)])
 def test_no_color_turns_colors_off(
-    value: str, is_colored: bool, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    value: str, is_colored: bool, cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("NO_COLOR", value)
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
-    assert ("\x1b[" in Ran(capsys, "presets", "--help").out) == is_colored
+    assert ("\x1b[" in cli("presets", "--help").out) == is_colored
 
 
 def test_commands_start_in_a_deleted_folder(tmp_path: Path) -> None:

@@ -135,7 +135,6 @@ def test_flocks_of_both_views_have_the_same_bits() -> None:
 
 
 def header_of(scenario: fe.FlockScenario, architecture: Any, per_agent: bool, **options: Any) -> Case:
-    """Return the header of a policy file."""
     parts = {"architecture": architecture, "per_agent": per_agent, "options": to_plain(options)}
     return {"name": "mine", "model": "flock", "scenario": json.loads(scenario.to_json()), **parts}
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from cli_runs import SMALL_FLAGS, Ran, small_files, sweep_flags
+from cli_runs import SMALL_FLAGS, Cli, small_files, sweep_flags
 
 from flockesc_env.cli.output import Exit
 from flockesc_env.common.files import atomic_write, check_writable, write_together
@@ -147,16 +147,12 @@ def never(*_: object, **__: object) -> None:
     ("argv", "suffix"), [(sweep_flags("--backend", "serial"), ".csv"), (SIMULATE, ".npz"), (WATCH, ".html")]
 )
 def test_an_output_that_cannot_be_written_is_refused_before_the_work(
-    argv: list[object],
-    suffix: str,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
+    argv: list[object], suffix: str, cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for work in ("sweep.sweep", "sweep.run_all", "runs.run_once", "runs._policy_page"):
         monkeypatch.setattr(f"flockesc_env.cli.{work}", never)
     name = f"{'x' * (256 - len(suffix))}{suffix}"  # one byte more than file systems take
-    ran = Ran(capsys, *argv, "--output", tmp_path / name)
+    ran = cli(*argv, "--output", tmp_path / name)
     assert (ran.code, ran.out) == (Exit.REFUSED, "")
     assert f"output: expected a file that can be written ({os.strerror(errno.ENAMETOOLONG)}), got" in ran.err
 
@@ -174,11 +170,11 @@ def test_an_output_that_cannot_be_written_is_refused_before_the_work(
     ],
 )
 def test_results_are_shown_even_if_the_disk_is_full(
-    argv: list[object], name: str, shown: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
+    argv: list[object], name: str, shown: str, cli: Cli, tmp_path: Path
 ) -> None:
     path = tmp_path / name
     path.symlink_to("/dev/full")
-    ran = Ran(capsys, *argv, "--output", path)
+    ran = cli(*argv, "--output", path)
     assert ran.code == Exit.REFUSED
     assert shown in ran.out
     error = rf"flockesc: error: {re.escape(str(path))}: .*{os.strerror(errno.ENOSPC)}.*\n"

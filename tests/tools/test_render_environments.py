@@ -87,6 +87,7 @@ def test_a_batch_shows_every_flock(interface: str) -> None:
         assert env.render().shape == (2 * SIZE, 2 * SIZE, 3)
     env.close()
     env.close()
+    assert interface != "vector" or env.closed
 
 
 @pytest.mark.parametrize("interface", ["flock", "parallel", "line"])

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from cli_runs import Ran, policy_file
+from cli_runs import Cli, npz, policy_file
 from option_table import small_flock
 
 import flockesc_env
@@ -156,26 +156,20 @@ def with_escapes(text: str) -> Iterator[str]:
         yield text[: token.start()] + json.dumps(ESCAPES) + text[token.end() :]
 
 
-def npz(arrays: dict[str, Any]) -> bytes:
-    stream = io.BytesIO()
-    np.savez(stream, **arrays)
-    return stream.getvalue()
-
-
 def hostile_files(name: str, path: Path) -> Iterator[bytes]:
     """Yield copies of a valid file with escape sequences in one place each."""
     FILES[name][0](path)
     whole = io.BytesIO(path.read_bytes())  # the caller overwrites the file
     if path.suffix == ".npz":
         yield ESCAPES.encode()
-        yield npz({ESCAPES: np.zeros(1)})
+        yield npz(**{ESCAPES: np.zeros(1)})
         yield archive({"positions.npy": npy((1,)).replace(b"<f8", b"\x1b[J")})
     else:
         yield from map(str.encode, with_escapes(whole.getvalue().decode()))
     arrays = dict(np.load(whole)) if path.suffix == ".npz" else {}
     if "header" in arrays:
         for changed in with_escapes(str(arrays["header"])):
-            yield npz({**arrays, "header": np.array(changed)})
+            yield npz(**{**arrays, "header": np.array(changed)})
 
 
 READERS = {
@@ -189,15 +183,13 @@ READERS = {
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_escape_sequences_in_files_do_not_reach_the_terminal(
-    name: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_escape_sequences_in_files_do_not_reach_the_terminal(name: str, cli: Cli, tmp_path: Path) -> None:
     path, escaped = tmp_path / f"{ESCAPES} {name}", 0
     contents = list(hostile_files(name, path))
     for raw in contents:
         path.write_bytes(raw)
         command = READERS[name.partition(".")[0]]
-        ran = Ran(capsys, *[word.replace("FILE", str(path)) for word in command])
+        ran = cli(*[word.replace("FILE", str(path)) for word in command])
         assert ran.code in {Exit.DONE, Exit.FAILED, Exit.REFUSED}
         lines = (ran.out + ran.err).split("\n")
         assert all(line.isprintable() for line in lines), lines

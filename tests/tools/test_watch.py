@@ -5,7 +5,7 @@ from pathlib import Path
 
 import imageio_ffmpeg
 import pytest
-from cli_runs import SMALL, SMALL_FLAGS, Ran, policy_file
+from cli_runs import SMALL, SMALL_FLAGS, Cli, policy_file
 from watch_documents import FLOCK, RUNS, assert_shows, document_in, is_live, needs_engine
 
 from flockesc_env import load_policy, simulate
@@ -52,7 +52,7 @@ def test_nothing_is_loaded_from_anywhere(tmp_path: Path) -> None:
 @needs_engine
 @pytest.mark.parametrize("flags", [[], ["--output", "page.html"]])
 def test_a_page_of_policies_records_those_that_it_cannot_run(
-    flags: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    flags: list[str], cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     mine = str(policy_file(tmp_path / "mine.npz"))
@@ -60,7 +60,7 @@ def test_a_page_of_policies_records_those_that_it_cannot_run(
     (tmp_path / "user_code.py").write_text(code)
     specs = ["fixed:1e1", "stubborn-witnesses", mine, "stubborn-leaders", "user_code:mine"]
     command = ["watch", *specs, "--seed", 2**64 - 1, *SMALL_FLAGS, "--no-browser", *flags]
-    ran = Ran(capsys, *command)
+    ran = cli(*command)
     assert ran.code == Exit.DONE
     assert ran.out.startswith("" if flags else "The page is ")
     path = Path("page.html") if flags else Path(ran.out.strip().removeprefix("The page is "))
@@ -78,25 +78,21 @@ def test_a_page_of_policies_records_those_that_it_cannot_run(
 
 
 @pytest.mark.parametrize("suffix", ["html", "gif"])
-def test_policies_that_cannot_play_are_refused(
-    suffix: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_policies_that_cannot_play_are_refused(suffix: str, cli: Cli, tmp_path: Path) -> None:
     for task, flags, message in (
         ("line", [], "expected a policy for a flock"),
         ("per-agent-visible-profile", ["--set", "frozen_graph=true"], "profile_ranges: expected none"),
     ):
         path = BOARD / "policies" / f"{task}-0.npz"
-        ran = Ran(capsys, "watch", path, *SMALL_FLAGS, *flags, "--output", tmp_path / f"flock.{suffix}")
+        ran = cli("watch", path, *SMALL_FLAGS, *flags, "--output", tmp_path / f"flock.{suffix}")
         assert (ran.code, ran.out, [*tmp_path.iterdir()]) == (Exit.REFUSED, "", [])
         assert message in ran.err
 
 
 @pytest.mark.usefixtures("without_engine")
-def test_without_the_engine_a_page_of_policies_is_recorded(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_without_the_engine_a_page_of_policies_is_recorded(cli: Cli, tmp_path: Path) -> None:
     page, specs = tmp_path / "page.html", ["fixed:10", str(policy_file(tmp_path / "mine.npz"))]
-    ran = Ran(capsys, "watch", *specs, *SMALL_FLAGS, "--output", page)
+    ran = cli("watch", *specs, *SMALL_FLAGS, "--output", page)
     assert ran.code == Exit.DONE
     assert "make engine" in ran.err
     text = page.read_text("utf-8")
@@ -106,13 +102,13 @@ def test_without_the_engine_a_page_of_policies_is_recorded(
     assert (document["scenarios"], document["policies"]) == ([], [])
 
 
-def test_a_page_of_recorded_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_page_of_recorded_runs(cli: Cli, tmp_path: Path) -> None:
     runs = [("ten", simulate(SMALL, 10.0, seed=3)), ("", simulate(SMALL, 20.0, seed=3))]
     files = [tmp_path / "a.npz", tmp_path / "b.npz"]
     for file, (name, run) in zip(files, runs, strict=True):
         save_run(run, file, name=name)
     page, expected = tmp_path / "page.html", tmp_path / "expected.html"
-    assert Ran(capsys, "watch", *files, "--output", page).code == Exit.DONE
+    assert cli("watch", *files, "--output", page).code == Exit.DONE
     write_page([("ten", runs[0][1]), ("b", runs[1][1])], expected)
     assert page.read_bytes() == expected.read_bytes()
 
@@ -121,11 +117,9 @@ def test_a_page_of_recorded_runs(capsys: pytest.CaptureFixture[str], tmp_path: P
     ("suffix", "frames", "duration"),
     [("mp4", 10, 0.5), ("gif", 5, 2.4)],  # a GIF has a frame per 0.1 s and rests 2 s on the last one
 )
-def test_a_video(
-    suffix: str, frames: int, duration: float, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> None:
+def test_a_video(suffix: str, frames: int, duration: float, cli: Cli, tmp_path: Path) -> None:
     path = tmp_path / f"flock.{suffix}"
-    ran = Ran(capsys, "watch", "fixed:10", *SMALL_FLAGS, "--output", path)
+    ran = cli("watch", "fixed:10", *SMALL_FLAGS, "--output", path)
     assert (ran.code, ran.out) == (Exit.DONE, "")
     count, seconds = imageio_ffmpeg.count_frames_and_secs(path)
     assert count == frames

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from cli_runs import Ran
+from cli_runs import Cli
 from small_runs import SMALL, small_run, small_task
 from stable_baselines3 import A2C, PPO
 
@@ -85,27 +85,25 @@ def test_a_comparison_is_that_of_rollouts_and_sweeps(run: Path) -> None:
         task.compare(num_flocks=1001)
 
 
-def test_the_command_compares_models_and_files(
-    run: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_command_compares_models_and_files(run: Path, tmp_path: Path, cli: Cli) -> None:
     task, file = tasks["per-agent-visible"], tmp_path / "model.zip"
     model = A2C("MlpPolicy", task.vec_env(1), device="cpu", seed=0)
     model.save(file)
     few = ("--task", task.name, "--flocks", 2)
-    ran = Ran(capsys, "compare", f"A2C:{file}", str(run), *few, "--output", tmp_path / "out")
+    ran = cli("compare", f"A2C:{file}", str(run), *few, "--output", tmp_path / "out")
     table = pl.read_parquet(tmp_path / "out/episodes.parquet")
     expected = fe.rollout(task.scenario, SB3Policy(model), HELD_OUT[:2], **task.options)
     assert table.filter(policy="model")["objective"].to_list() == expected.min_mean_distance.tolist()
     assert ran.out.startswith((tmp_path / "out/table.md").read_text())
-    refused = Ran(capsys, "watch", f"A2C:{file}")
+    refused = cli("watch", f"A2C:{file}")
     assert (refused.code, refused.out) == (2, "")
     assert "policy: expected a model that knows its scenario and options: one of RangePolicy" in refused.err
-    document = Ran(capsys, "compare", f"A2C:{file}", *few, "--json").json()
+    document = cli("compare", f"A2C:{file}", *few, "--json").json()
     assert document["policies"]["model"]["objective"]["mean"] == expected.min_mean_distance.mean()
     shorter = task.vec_env(1, max_range=10.0)  # the model stores it
     settings = {"spec": shorter.get_attr("policy_spec")[0], "first_range": 10.0}
     PPO(RangePolicy, shorter, device="cpu", policy_kwargs=settings).save(file)
-    assert "| model | " in Ran(capsys, "compare", f"PPO:{file}", *few).out
+    assert "| model | " in cli("compare", f"PPO:{file}", *few).out
 
 
 def test_figures_and_recorded_runs_follow_a_comparison(
@@ -122,20 +120,20 @@ def test_figures_and_recorded_runs_follow_a_comparison(
     assert main([*words, "--output", str(tmp_path / "page.html")]) == 0
 
 
-def test_the_commands_train_list_and_refuse(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_commands_train_list_and_refuse(tmp_path: Path, cli: Cli) -> None:
     few = ["--learner", "schedule", "--run", str(tmp_path / "run"), "--no-progress"]
-    listed = Ran(capsys, "learners", "per-agent-visible", run=TRAINING.main)
+    listed = cli("learners", "per-agent-visible", run=TRAINING.main)
     assert "ppo-large-rounds" in listed.out
-    bad = Ran(capsys, "train", "one-range", *few[:1], "ppx", *few[2:], run=TRAINING.main)
+    bad = cli("train", "one-range", *few[:1], "ppx", *few[2:], run=TRAINING.main)
     assert (bad.code, bad.err.count("\n")) == (2, 1)
     assert "expected one of ppo, ppo-10x, search-1x, " in bad.err
     assert not (tmp_path / "run").exists()
     (tmp_path / "run").mkdir()
     (tmp_path / "run" / "mine.txt").write_text("mine")
-    full = Ran(capsys, "train", "one-range", *few, run=TRAINING.main)
+    full = cli("train", "one-range", *few, run=TRAINING.main)
     assert "run: expected an empty folder or one of a run" in full.err
     file = ["--output", tmp_path / "run/mine.txt"]
-    assert Ran(capsys, "figures", "fixed:5", "--task", "one-range", *file, run=TRAINING.main).code == 2
+    assert cli("figures", "fixed:5", "--task", "one-range", *file, run=TRAINING.main).code == 2
 
 
 def test_a_run_leaves_its_record(run: Path) -> None:

@@ -27,9 +27,8 @@ pub use base::load::Load;
 pub use base::rng::episode_seed;
 pub use episode::{Batch, Episode, EpisodeConfig, EpisodeOutcome, Metrics, Running};
 pub use flock::{
-    Distribution, FirstOrder, FlockConfig, InitialHeadings, InitialPositions, InitialState, Motion,
-    PredatorDistance, PreferredDistance, Reynolds, Schedule, Trajectory, World, Zones,
-    simulate_flock,
+    Action, Distribution, FirstOrder, FlockConfig, InitialHeadings, InitialPositions, InitialState,
+    Motion, PredatorDistance, PreferredDistance, Reynolds, Run, World, Zones,
 };
 pub use graph::{NeighborGraph, laplacian, perron_matrix};
 pub use kinds::kinds;

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use common::scenario;
 use flockesc_core::bindings::AtEnd;
 use flockesc_core::{
-    Batch, EpisodeConfig, ExtraEntries, FlockConfig, InitialState, Objective, Progress, Reward,
-    Schedule, Trajectory, View, simulate_flock,
+    Action, Batch, EpisodeConfig, ExtraEntries, FlockConfig, InitialState, Objective, Progress,
+    Reward, Run, View,
 };
 
 /// Size of a flock that is stepped on several threads.
@@ -31,57 +31,40 @@ fn ranges_per_agent(num_agents: usize, longest: f64) -> Vec<f64> {
         .collect()
 }
 
-fn run(
+/// Returns the bits of all numbers of a run. Bits distinguish -0 from 0.
+fn run<const D: usize>(
     config: &Arc<FlockConfig>,
-    values: &[f64],
+    ranges: &[f64],
     start: &InitialState,
     num_threads: usize,
-) -> Trajectory {
-    let schedule = Schedule {
-        predator_actions: vec![],
-        values: values.to_vec(),
-        rows: 1,
-        columns: values.len(),
+) -> Vec<u64> {
+    let action = Action {
+        ranges: ranges.to_vec(),
+        ..Action::default()
     };
-    let (config, threads) = (config.clone(), Some(num_threads));
-    simulate_flock(config, &schedule, start, threads, &Progress::default()).expect("a good run")
-}
-
-/// Returns the bits of all numbers of a run. Bits distinguish -0 from 0.
-fn bits(run: &Trajectory) -> Vec<u64> {
-    let Trajectory {
-        positions,
-        velocities,
-        predator_positions,
-        mean_distance,
-        min_distance,
-        num_components,
-        polarization,
-        fraction_surviving,
-        caught_at,
-    } = run;
-    let numbers = [
-        positions,
-        velocities,
-        predator_positions,
-        mean_distance,
-        min_distance,
-        polarization,
-        fraction_surviving,
-    ];
-    let counts = num_components.iter().chain(caught_at);
-    let counts = counts.map(|&count| count as u64);
-    numbers
-        .into_iter()
-        .flatten()
-        .map(|number| number.to_bits())
-        .chain(counts)
-        .collect()
+    let mut run = Run::<D>::new(config.clone(), start, Some(num_threads)).expect("a good start");
+    let mut bits = Vec::new();
+    for _ in 0..config.num_steps {
+        run.step(&action, 1).expect("good ranges");
+        let (world, count) = (run.world(), run.num_components(ranges));
+        let distance = world.predator_distance();
+        bits.push(count.expect("threads") as u64);
+        bits.extend([distance.mean, distance.minimum, world.polarization()].map(f64::to_bits));
+        let vectors = [world.positions(), world.velocities()];
+        let predators = world.predators().iter().map(|p| p.position);
+        let vectors = vectors.into_iter().flatten().chain(predators);
+        bits.extend(vectors.flat_map(|vector| vector.map(f64::to_bits).data.0[0]));
+    }
+    bits.extend(run.caught_at.iter().map(|&step| step as u64));
+    bits
 }
 
 fn assert_threads_do_not_matter(config: FlockConfig, ranges: &[f64], start: &InitialState) {
     let config = Arc::new(config);
-    let played = |threads| bits(&run(&config, ranges, start, threads));
+    let played = |threads| match config.dimension {
+        2 => run::<2>(&config, ranges, start, threads),
+        _ => run::<3>(&config, ranges, start, threads),
+    };
     let serial = played(1);
     for threads in THREADS {
         assert!(played(threads) == serial, "{threads} threads");
@@ -221,7 +204,14 @@ fn play<const D: usize>(
 #[test]
 fn a_batch_of_one_large_flock() {
     let config = Arc::new(large(2));
-    let recorded = run(&config, &[10.0], &InitialState::seeded(3), 1);
+    let mut recorded =
+        Run::<2>::new(config.clone(), &InitialState::seeded(3), Some(1)).expect("a good start");
+    let ranges = vec![10.0];
+    let action = Action {
+        ranges,
+        ..Action::default()
+    };
+    recorded.step(&action, STEPS).expect("good ranges");
     for (view, reward) in [
         (View::Flock, Reward::Distance),
         (View::Agent, Reward::IndividualDistanceChange),
@@ -233,8 +223,7 @@ fn a_batch_of_one_large_flock() {
             let (batch, steps) = played(threads);
             assert!(steps == serial, "{threads} threads");
             let world = batch.episode(0).expect("an episode").world();
-            let positions: Vec<f64> = world.positions().iter().flatten().copied().collect();
-            assert!(recorded.positions.ends_with(&positions));
+            assert_eq!(recorded.world().positions(), world.positions());
         }
     }
 }

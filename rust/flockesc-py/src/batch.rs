@@ -16,13 +16,14 @@ use crate::info::{self, columns, metric_columns, numbers, with_load};
 use crate::long_call::{long_call, read};
 use crate::models::flock;
 use crate::rollout::{NetworkArguments, names, outcome_columns};
-use inner::{Inner, Start, on_batch, resets};
+pub(crate) use inner::{Inner, by_dimension};
+use inner::{Start, resets};
 use step::Out;
 
 #[pyclass(module = "flockesc_env._core")]
 #[derive(Clone)]
 pub(crate) struct FlockBatch {
-    inner: Inner,
+    inner: Inner<Batch<2>, Batch<3>>,
     actions: RangeMap,
     count_components: bool,
     rows: usize,
@@ -87,8 +88,8 @@ impl FlockBatch {
             2 => Inner::Plane(Batch::with_scenarios(&per_slot, config, num_threads)?),
             _ => Inner::Space(Batch::with_scenarios(&per_slot, config, num_threads)?),
         };
-        on_batch!(&mut inner, batch => batch.seed(seed));
-        let (rows, row_length) = on_batch!(&inner, batch => (batch.rows(), batch.row_length()));
+        by_dimension!(&mut inner, batch => batch.seed(seed));
+        let (rows, row_length) = by_dimension!(&inner, batch => (batch.rows(), batch.row_length()));
         let (num_flocks, actions) = (slots.len(), actions.get().clone());
         let copied = actions.clone();
         Ok(Self {
@@ -130,7 +131,7 @@ impl FlockBatch {
     /// Draws the scenarios of the next episodes of `slots`, so that their reset after a step does not fail.
     fn draw_next(slf: &Bound<'_, Self>, slots: Vec<usize>) -> Result<(), CoreError> {
         let inner = &mut try_borrow_mut(slf)?.inner;
-        on_batch!(inner, batch => batch.draw_next(slots)).map_err(CoreError::from)
+        by_dimension!(inner, batch => batch.draw_next(slots)).map_err(CoreError::from)
     }
 
     /// Steps all flocks with these ranges in m, and returns observations, rewards, whether each episode has ended,
@@ -200,7 +201,7 @@ impl FlockBatch {
             (this.inner.without_episodes(), this.actions.clone())
         };
         let seeds = seeds.as_slice()?.to_vec();
-        let outcomes = on_batch!(inner, batch => {
+        let outcomes = by_dimension!(inner, batch => {
             let networks = network.networks(&names(batch.entries()), &actions)?;
             long_call(py, report, move |progress| batch.rollout(&networks, &seeds, progress))?
         });
@@ -214,7 +215,7 @@ impl FlockBatch {
         let py = slf.py();
         let this = &*try_borrow(slf)?;
         let observed = named("view", view)?;
-        on_batch!(&this.inner, batch => {
+        by_dimension!(&this.inner, batch => {
             let [rows, entries] = batch.shape_of(observed);
             let (visits, rows) = (batch.work_of_observations(slots.len()), slots.len() * rows);
             let observations = read(py, batch, visits, move |batch, progress| {
@@ -228,7 +229,7 @@ impl FlockBatch {
     fn metrics<'py>(slf: &Bound<'py, Self>) -> Dict<'py> {
         let py = slf.py();
         let this = &*try_borrow(slf)?;
-        let metrics = on_batch!(&this.inner, batch => {
+        let metrics = by_dimension!(&this.inner, batch => {
             let visits = batch.work_of_observations(batch.num_flocks());
             measured(py, batch, visits, Episode::metrics)?
         });
@@ -240,7 +241,7 @@ impl FlockBatch {
     fn num_components<'py>(slf: &Bound<'py, Self>) -> Object<'py> {
         let py = slf.py();
         let this = &*try_borrow(slf)?;
-        let components = on_batch!(&this.inner, batch => {
+        let components = by_dimension!(&this.inner, batch => {
             measured(py, batch, batch.work(), Episode::num_components)?
         });
         Ok(column(py, &components, |count| *count as i64))
@@ -249,7 +250,7 @@ impl FlockBatch {
     /// Returns the seed of the episode in a slot.
     fn episode_seed(slf: &Bound<'_, Self>, slot: usize) -> Result<u64, CoreError> {
         let this = &*try_borrow(slf)?;
-        Ok(on_batch!(&this.inner, batch => batch.episode_seed(slot)?))
+        Ok(by_dimension!(&this.inner, batch => batch.episode_seed(slot)?))
     }
 
     /// Returns whether the episode in each slot has ended.
@@ -260,7 +261,7 @@ impl FlockBatch {
     /// Returns whether the episode in each slot has reached the limit of actions.
     fn reached_limit<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyArray1<bool>>> {
         let py = slf.py();
-        let reached = on_batch!(&try_borrow(slf)?.inner, batch => {
+        let reached = by_dimension!(&try_borrow(slf)?.inner, batch => {
             measured(py, batch, 0, Episode::has_reached_limit)?
         });
         Ok(reached.into_pyarray(py))
@@ -276,7 +277,7 @@ impl FlockBatch {
     fn state<'py>(slf: &Bound<'py, Self>, slot: usize) -> Dict<'py> {
         let py = slf.py();
         let this = &*try_borrow(slf)?;
-        on_batch!(&this.inner, batch => {
+        by_dimension!(&this.inner, batch => {
             info::state(py, batch.episode(slot).map_err(CoreError::from)?)
         })
     }
@@ -286,7 +287,7 @@ impl FlockBatch {
         slf: &Bound<'py, Self>,
     ) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
         let inner = &try_borrow(slf)?.inner;
-        let rewards = on_batch!(inner, batch => batch.team_rewards()).into_iter();
+        let rewards = by_dimension!(inner, batch => batch.team_rewards()).into_iter();
         let negated: Vec<f64> = rewards.map(|reward| 0.0 - reward).collect();
         Ok(negated.into_pyarray(slf.py()))
     }
@@ -315,7 +316,7 @@ impl FlockBatch {
     fn set_state(slf: &Bound<'_, Self>, slots: Vec<usize>, state: &[u8]) -> Result<(), CoreError> {
         let py = slf.py();
         let inner = &mut try_borrow_mut(slf)?.inner;
-        Ok(py.detach(|| on_batch!(inner, batch => batch.restore(&slots, state)))?)
+        Ok(py.detach(|| by_dimension!(inner, batch => batch.restore(&slots, state)))?)
     }
 
     /// Drops the episodes of all slots.

@@ -101,9 +101,9 @@ pub(crate) fn try_borrow<'py, T: PyClass>(
     object.try_borrow().map_err(|_| busy())
 }
 
-/// Creates the exception for a call during another call of the same environment, in another thread or a
+/// Creates the exception for a call during another call of the same object, in another thread or a
 /// signal handler.
 fn busy() -> CoreError {
-    let message = "environment is in use by another call; use one environment per thread";
+    let message = "environment or flock is in use by another call; use one per thread";
     raised("FlockescError", (message,)).into()
 }

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use flockesc_core::{Episode, Load, Metrics, Objective};
+use flockesc_core::{Episode, Load, Metrics, Objective, World};
 use nalgebra::SVector;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{IntoPyDict, PyDict, PyString};
+use pyo3::types::{PyDict, PyString};
 use pyo3::{IntoPyObjectExt, intern};
 
-use crate::arrays::{Dict, array, column, shaped};
+use crate::arrays::{Dict, Object, array, column, shaped};
 
 /// The metrics of one flock, with the number of connected components if it was requested.
 pub(crate) struct Measured {
@@ -66,26 +66,49 @@ pub(crate) fn numbers<'py>(py: Python<'py>, measured: &Measured) -> Dict<'py> {
 /// Returns the state of a flock: step, ranges, predator distances, positions and velocities of agents and
 /// predators.
 pub(crate) fn state<'py, const D: usize>(py: Python<'py>, episode: &Episode<D>) -> Dict<'py> {
-    let (world, ranges) = (episode.world(), episode.ranges().to_vec());
-    let (n, d) = (world.config().num_agents, world.config().dimension);
-    let predators = world.predators();
-    let mut distances = Vec::new();
-    world.write_distances(&mut distances);
-    let rows = |vectors: &[SVector<f64, D>], count| {
-        shaped(py, vectors.iter().flatten().copied().collect(), [count, d])
-    };
-    let positions: Vec<_> = predators.iter().map(|p| p.position).collect();
-    let velocities: Vec<_> = predators.iter().map(|p| p.velocity).collect();
-    [
-        ("step", episode.step_count().into_bound_py_any(py)?),
-        ("interaction_range", array(py, ranges)),
-        ("distances", array(py, distances)),
-        ("positions", rows(&world.positions(), n)?),
-        ("velocities", rows(&world.velocities(), n)?),
-        ("predator_positions", rows(&positions, predators.len())?),
-        ("predator_velocities", rows(&velocities, predators.len())?),
-    ]
-    .into_py_dict(py)
+    let dict = PyDict::new(py);
+    dict.set_item("step", episode.step_count())?;
+    dict.set_item("interaction_range", array(py, episode.ranges().to_vec()))?;
+    for name in [
+        "distances",
+        "positions",
+        "velocities",
+        "predator_positions",
+        "predator_velocities",
+    ] {
+        dict.set_item(name, measure(py, episode.world(), name)?)?;
+    }
+    Ok(dict)
+}
+
+/// Returns a number of a flock, or a new array with an entry or a row per agent or predator in the order of ids.
+pub(crate) fn measure<'py, const D: usize>(
+    py: Python<'py>,
+    world: &World<D>,
+    name: &str,
+) -> Object<'py> {
+    let predators = world.predators().iter();
+    match name {
+        "mean_distance" => world.predator_distance().mean.into_bound_py_any(py),
+        "min_distance" => world.predator_distance().minimum.into_bound_py_any(py),
+        "polarization" => world.polarization().into_bound_py_any(py),
+        "fraction_surviving" => world.fraction_surviving().into_bound_py_any(py),
+        "positions" => rows(py, world.positions()),
+        "velocities" => rows(py, world.velocities()),
+        "predator_positions" => rows(py, predators.map(|p| p.position).collect()),
+        "predator_velocities" => rows(py, predators.map(|p| p.velocity).collect()),
+        "heard" => Ok(array(py, world.heard())),
+        _ => {
+            let mut distances = Vec::new();
+            world.write_distances(&mut distances);
+            Ok(array(py, distances))
+        }
+    }
+}
+
+fn rows<const D: usize>(py: Python<'_>, vectors: Vec<SVector<f64, D>>) -> Object<'_> {
+    let shape = [vectors.len(), D];
+    shaped(py, vectors.iter().flatten().copied().collect(), shape)
 }
 
 /// Adds the mean range and the mean number of agents heard of every run.

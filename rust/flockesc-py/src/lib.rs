@@ -4,6 +4,7 @@ mod actions;
 mod arrays;
 mod batch;
 mod errors;
+mod flock;
 mod graph;
 mod info;
 mod line;
@@ -24,6 +25,8 @@ mod _core {
     #[pymodule_export]
     use crate::batch::FlockBatch;
     #[pymodule_export]
+    use crate::flock::Flock;
+    #[pymodule_export]
     use crate::graph::{component_labels, laplacian, neighbor_pairs, perron_matrix};
     #[pymodule_export]
     use crate::line::LineEpisode;
@@ -31,8 +34,7 @@ mod _core {
     use crate::models::{
         check_flock_scenario, check_line_scenario, check_memory, drawn_flock_scenario,
         episode_seed, kinds, line_observation_entries, observation_entries,
-        predator_observation_entries, scan_flock, simulate_flock, simulate_line, sweep_flock,
-        sweep_line,
+        predator_observation_entries, scan_flock, simulate_line, sweep_flock, sweep_line,
     };
     #[pymodule_export]
     use crate::rollout::{log1p, network_outputs, rollout_line, tanh_layers};

@@ -5,10 +5,9 @@ use std::sync::Arc;
 
 use flockesc_core::bindings::memory;
 use flockesc_core::{
-    Entry, EpisodeConfig, FlockConfig, InitialState, LineConfig, Objective, Schedule, line_entries,
-    predator_entries,
+    Entry, EpisodeConfig, FlockConfig, LineConfig, Objective, line_entries, predator_entries,
 };
-use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 
@@ -55,56 +54,6 @@ pub(crate) fn kinds() -> BTreeMap<&'static str, Vec<&'static str>> {
 pub(crate) fn check_memory(field: &str, num_bytes: u128) -> Result<(), CoreError> {
     let len = usize::try_from(num_bytes).unwrap_or(usize::MAX);
     Ok(memory::probe::<u8>(field, len)?)
-}
-
-#[pyfunction]
-#[pyo3(signature = (scenario, ranges, seed, positions, velocities, num_threads, predator_actions=None))]
-#[expect(clippy::too_many_arguments, reason = "options of a run")]
-pub(crate) fn simulate_flock<'py>(
-    py: Python<'py>,
-    scenario: &str,
-    ranges: PyReadonlyArray2<'py, f64>,
-    seed: u64,
-    positions: Option<PyReadonlyArrayDyn<'py, f64>>,
-    velocities: Option<PyReadonlyArrayDyn<'py, f64>>,
-    num_threads: Option<usize>,
-    predator_actions: Option<PyReadonlyArrayDyn<'py, f64>>,
-) -> Dict<'py> {
-    let config = flock(scenario)?;
-    let schedule = Schedule {
-        values: ranges.as_slice()?.to_vec(),
-        rows: ranges.shape()[0],
-        columns: ranges.shape()[1],
-        predator_actions: flat(predator_actions)?.unwrap_or_default(),
-    };
-    let start = InitialState {
-        seed,
-        positions: flat(positions)?,
-        velocities: flat(velocities)?,
-        ..InitialState::default()
-    };
-    let simulated = config.clone();
-    let run = long_call(py, None, move |progress| {
-        flockesc_core::simulate_flock(simulated, &schedule, &start, num_threads, progress)
-    })?;
-    let (times, n, p) = (
-        config.num_steps + 1,
-        config.num_agents,
-        config.predators.len(),
-    );
-    let rows = |values, count| shaped(py, values, [times, count, config.dimension]);
-    [
-        ("positions", rows(run.positions, n)?),
-        ("velocities", rows(run.velocities, n)?),
-        ("predator_positions", rows(run.predator_positions, p)?),
-        ("mean_distance", array(py, run.mean_distance)),
-        ("min_distance", array(py, run.min_distance)),
-        ("num_components", array(py, run.num_components)),
-        ("polarization", array(py, run.polarization)),
-        ("fraction_surviving", array(py, run.fraction_surviving)),
-        ("caught_at", array(py, run.caught_at)),
-    ]
-    .into_py_dict(py)
 }
 
 #[pyfunction]

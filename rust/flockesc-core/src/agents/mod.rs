@@ -257,6 +257,20 @@ impl<const D: usize> Agents<D> {
         }
     }
 
+    /// Sets the positions or the velocities of all agents that are not caught, one row per id.
+    pub(crate) fn set(&mut self, rows: &[[f64; D]], are_velocities: bool) {
+        for place in 0..self.len() {
+            let mut agent = self.agent(place);
+            let row = SVector::from(rows[self.id(place)]);
+            if !are_velocities {
+                agent.position = row;
+            } else if agent.velocity != row {
+                (agent.velocity, agent.speed) = (row, row.norm());
+            }
+            self.put(place, agent);
+        }
+    }
+
     fn put(&mut self, place: usize, agent: Agent<D>) {
         let (group, lane) = (&mut self.groups[place / GROUP], place % GROUP);
         for axis in 0..D {

@@ -15,6 +15,7 @@ pub use rollout::EpisodeOutcome;
 
 use crate::base::error::Result;
 use crate::flock::{FlockConfig, InitialState, Summary, World, WorldState};
+use crate::neighbor::Ranges;
 use crate::observation::{Extras, Scene, View};
 use crate::parallel::Progress;
 use crate::reward::ActionContext;
@@ -98,12 +99,7 @@ impl<const D: usize> Episode<D> {
         let left = self.world.config().num_steps - self.outcomes.step;
         let num_steps = self.config.steps_per_action.min(left);
         let cost = self.config.range_cost;
-        let mean = || {
-            self.config
-                .view
-                .ranges(ranges)
-                .mean(self.world.agents().ids())
-        };
+        let mean = || Ranges::from(ranges).mean(self.world.agents().ids());
         let team_cost = if cost > 0.0 { cost * mean() } else { 0.0 };
         rewards.fill(0.0);
         self.team_reward = 0.0;
@@ -112,7 +108,7 @@ impl<const D: usize> Episode<D> {
                 break;
             }
             progress.check()?;
-            self.world.step(self.config.view.ranges(ranges))?;
+            self.world.step(ranges.into())?;
             self.team_reward += self.outcomes.record(&self.world, &self.config, rewards);
         }
         if let Some(before) = before {
@@ -146,7 +142,7 @@ impl<const D: usize> Episode<D> {
     /// # Errors
     /// [`crate::Error::Memory`] for the graph.
     pub(crate) fn pairs_to_freeze(&self, ranges: &[f64]) -> Result<usize> {
-        self.world.pairs_to_freeze(self.config.view.ranges(ranges))
+        self.world.pairs_to_freeze(ranges.into())
     }
 
     /// Writes the observation: one row for the flock, or one per agent.
@@ -269,7 +265,6 @@ impl<const D: usize> Episode<D> {
 
     /// Returns the number of weakly connected components under the ranges of the last action.
     pub fn num_components(&self) -> usize {
-        let ranges = self.config.view.ranges(&self.outcomes.ranges);
-        self.world.num_components(ranges)
+        self.world.num_components(self.ranges().into())
     }
 }

@@ -105,9 +105,12 @@ impl InitialState {
 }
 
 fn check(field: &str, values: &Option<Vec<f64>>, rows: usize, axes: usize) -> Result<()> {
-    let Some(values) = values else {
-        return Ok(());
-    };
+    let values = values.as_deref();
+    values.map_or(Ok(()), |values| check_rows(field, values, rows, axes))
+}
+
+/// Checks that an array has `rows` rows of `axes` coordinates that are within bounds.
+pub(super) fn check_rows(field: &str, values: &[f64], rows: usize, axes: usize) -> Result<()> {
     let (expected, given) = (
         format!("{rows} x {axes} numbers"),
         format!("{} numbers", values.len()),

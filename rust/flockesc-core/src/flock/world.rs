@@ -69,21 +69,15 @@ impl<const D: usize> World<D> {
     /// Creates a world from its parts and computes the predator distances.
     fn assemble(
         config: Arc<FlockConfig>,
-        mut agents: Agents<D>,
+        agents: Agents<D>,
         predators: Vec<Predator<D>>,
         rng: ChaCha8Rng,
         neighborhood: Neighborhood<D>,
         response: Response<D>,
     ) -> Self {
         let after: Vec<[f64; D]> = predators.iter().map(|p| p.position.into()).collect();
-        for group in &mut agents.groups {
-            group.distance = distances(&group.position, &after);
-        }
-        if config.blocks_warnings {
-            agents.mark_reached(config.predator_range);
-        }
-        Self {
-            predator_distance: PredatorDistance::of(&agents.groups, agents.len()),
+        let mut world = Self {
+            predator_distance: PredatorDistance::of::<D>(&[], 0),
             load: Load::default(),
             before: after.clone(),
             after,
@@ -93,7 +87,20 @@ impl<const D: usize> World<D> {
             rng,
             neighborhood,
             response,
+        };
+        world.measure();
+        world
+    }
+
+    /// Computes the predator distances of all agents.
+    fn measure(&mut self) {
+        for group in &mut self.agents.groups {
+            group.distance = distances(&group.position, &self.after);
         }
+        if self.config.blocks_warnings {
+            self.agents.mark_reached(self.config.predator_range);
+        }
+        self.predator_distance = PredatorDistance::of(&self.agents.groups, self.agents.len());
     }
 
     /// Stops the counting of neighbors, which takes about 5 % of a step. Only for worlds that are never observed.
@@ -109,6 +116,11 @@ impl<const D: usize> World<D> {
     /// # Errors
     /// [`crate::Error::Memory`] for the neighbor graph that the scenario freezes. The world is unchanged.
     pub fn step(&mut self, ranges: Ranges<'_>) -> Result<()> {
+        self.step_with_force(ranges, &[])
+    }
+
+    /// As [`Self::step`], with an additional term of f_i: D entries per id, or none.
+    pub(crate) fn step_with_force(&mut self, ranges: Ranges<'_>, extra: &[f64]) -> Result<()> {
         // Before anything changes, because only this can fail.
         self.neighborhood.freeze(&self.agents, ranges)?;
         let prey = Prey::new(&self.agents, &self.neighborhood);
@@ -134,7 +146,7 @@ impl<const D: usize> World<D> {
         let (config, neighborhood) = (&self.config, &mut self.neighborhood);
         let forces = self
             .response
-            .neighbor_forces(config, &self.agents, neighborhood);
+            .neighbor_forces(config, &self.agents, neighborhood, extra);
         let sums = neighborhood.sums_mut();
         let (groups, ids) = self.agents.groups_and_ids();
         parallel::for_each_pair(groups, sums, |first, groups, sums| {
@@ -185,6 +197,16 @@ impl<const D: usize> World<D> {
     /// an empty slice they fly straight on.
     pub fn set_predator_actions(&mut self, actions: &[f64]) {
         predator::set_actions(&self.config.predators, &mut self.predators, actions);
+    }
+
+    /// Sets the positions in m, or the velocities in m/s, of all agents that are not caught: D entries per id.
+    pub(crate) fn set(&mut self, vectors: &[f64], are_velocities: bool) {
+        self.agents.set(vectors.as_chunks().0, are_velocities);
+        if let Some(side) = self.config.periodic_side {
+            self.agents.wrap(side);
+        }
+        self.measure();
+        self.neighborhood.refresh_changed(&mut self.agents);
     }
 
     /// Returns the parameters, with the drawn numbers of a randomized scenario.
@@ -240,6 +262,16 @@ impl<const D: usize> World<D> {
                 out[id as usize] = *distance;
             }
         }
+    }
+
+    /// Returns the number of other agents that each agent heard in the last step, in the order of ids; 0 at t = 0 and
+    /// for caught agents.
+    pub fn heard(&self) -> Vec<i64> {
+        let mut heard = vec![0; self.agents.num_agents()];
+        for (place, &id) in self.agents.ids().iter().enumerate() {
+            heard[id as usize] = self.neighborhood.sums()[place / GROUP].count[place % GROUP] - 1;
+        }
+        heard
     }
 
     /// Returns the number of weakly connected components under `ranges`.

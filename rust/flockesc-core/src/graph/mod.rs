@@ -76,19 +76,19 @@ impl NeighborGraph {
 
     fn pairs_by_id<const D: usize>(&self) -> Result<Vec<(u32, u32)>> {
         let (agents, neighborhood) = self.neighborhood::<D>()?;
-        neighborhood.pairs_by_id(&agents, self.ranges())
+        neighborhood.pairs_by_id(&agents, Ranges::from(&self.ranges[..]))
     }
 
     fn labels<const D: usize>(&self) -> Result<Vec<u32>> {
         let (agents, neighborhood) = self.neighborhood::<D>()?;
-        Ok(neighborhood.component_labels(&agents, self.ranges()))
+        Ok(neighborhood.component_labels(&agents, Ranges::from(&self.ranges[..])))
     }
 
     /// Checks the ranges, and returns the agents with their neighborhood.
     fn neighborhood<const D: usize>(&self) -> Result<(Agents<D>, Neighborhood<D>)> {
         let field = "interaction_range";
-        if let Ranges::PerAgent(ranges) = self.ranges() {
-            length(field, ranges.len(), self.num_agents(), "ranges", "")?;
+        if self.ranges.len() != 1 {
+            length(field, self.ranges.len(), self.num_agents(), "ranges", "")?;
         }
         check_ranges(field, &self.ranges)?;
         let vectors = |flat| rows(flat).collect::<Vec<_>>();
@@ -104,12 +104,5 @@ impl NeighborGraph {
         };
         let neighborhood = Neighborhood::new(options, &mut agents);
         Ok((agents, neighborhood))
-    }
-
-    fn ranges(&self) -> Ranges<'_> {
-        match self.ranges[..] {
-            [range] => Ranges::Shared(range),
-            _ => Ranges::PerAgent(&self.ranges),
-        }
     }
 }

@@ -150,6 +150,12 @@ impl<const D: usize> Neighborhood<D> {
         self.tree.refresh(agents);
     }
 
+    /// Updates the tree after agents were changed between steps. Candidates within the drift of a jump would be too many.
+    pub(crate) fn refresh_changed(&mut self, agents: &mut Agents<D>) {
+        self.verlet = VerletLists::new(self.options.torus);
+        self.refresh(agents);
+    }
+
     /// Moves the sums of an agent from its old place `from` to its new place `to`.
     pub(crate) fn relocate(&mut self, from: usize, to: usize) {
         let agent = self.sums[from / GROUP].of(from % GROUP);

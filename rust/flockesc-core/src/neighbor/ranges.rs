@@ -16,6 +16,16 @@ pub enum Ranges<'a> {
     PerAgent(&'a [f64]),
 }
 
+impl<'a> From<&'a [f64]> for Ranges<'a> {
+    /// A single range is that of every agent.
+    fn from(ranges: &'a [f64]) -> Self {
+        match ranges {
+            [range] => Self::Shared(*range),
+            ranges => Self::PerAgent(ranges),
+        }
+    }
+}
+
 impl Ranges<'_> {
     /// Returns the range in m of the agent with this id.
     pub(crate) fn of(self, id: u32) -> f64 {

@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 use strum::VariantNames;
 
 use crate::flock::FlockConfig;
-use crate::neighbor::Ranges;
 
 /// Whether an episode has one observation and one range for the flock, or one per agent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, VariantNames)]
@@ -32,15 +31,6 @@ impl View {
             scenario.num_agents
         } else {
             1
-        }
-    }
-
-    /// Returns the ranges of an action, given as one number per row.
-    pub(crate) fn ranges(self, ranges: &[f64]) -> Ranges<'_> {
-        if self.is_per_agent() {
-            Ranges::PerAgent(ranges)
-        } else {
-            Ranges::Shared(ranges[0])
         }
     }
 }

@@ -1,4 +1,4 @@
-//! `Inner`: a batch in two or three dimensions, and its long-running calls.
+//! `Inner`: a batch or a flock in two or three dimensions, and the long-running calls of a batch.
 
 use std::sync::Arc;
 
@@ -13,25 +13,25 @@ use crate::errors::CoreError;
 use crate::info::Measured;
 use crate::long_call::{GRACE, LONG, change, long_step, maybe_detach};
 
-/// A batch in two or three dimensions.
+/// A batch or a flock in two or three dimensions.
 #[derive(Clone)]
-pub(super) enum Inner {
-    Plane(Batch<2>),
-    Space(Batch<3>),
+pub(crate) enum Inner<P, S> {
+    Plane(P),
+    Space(S),
 }
 
-/// Evaluates the same expression on a batch in two or three dimensions.
-macro_rules! on_batch {
-    ($inner:expr, $batch:ident => $body:expr) => {
+/// Evaluates the same expression in two or three dimensions.
+macro_rules! by_dimension {
+    ($inner:expr, $each:ident => $body:expr) => {
         match $inner {
-            Inner::Plane($batch) => $body,
-            Inner::Space($batch) => $body,
+            Inner::Plane($each) => $body,
+            Inner::Space($each) => $body,
         }
     };
 }
-pub(super) use on_batch;
+pub(crate) use by_dimension;
 
-impl Inner {
+impl Inner<Batch<2>, Batch<3>> {
     /// Returns the same batch as before its first reset.
     pub(super) fn without_episodes(&self) -> Self {
         match self {
@@ -42,7 +42,7 @@ impl Inner {
 
     /// Returns whether each agent was caught, slot after slot.
     pub(super) fn is_caught(&self) -> Result<Vec<bool>, CoreError> {
-        on_batch!(self, batch => {
+        by_dimension!(self, batch => {
             let mut all = Vec::new();
             for slot in 0..batch.num_flocks() {
                 let world = batch.episode(slot)?.world();
@@ -56,12 +56,12 @@ impl Inner {
 
     /// Returns whether the episode in a slot has ended.
     pub(super) fn has_ended(&self, slot: usize) -> Result<bool, CoreError> {
-        Ok(on_batch!(self, batch => batch.episode(slot)?.has_ended()))
+        Ok(by_dimension!(self, batch => batch.episode(slot)?.has_ended()))
     }
 
     /// Returns whether the episode in each slot has ended.
     pub(super) fn ended(&self) -> Result<Vec<bool>, CoreError> {
-        let flocks = on_batch!(self, batch => batch.num_flocks());
+        let flocks = by_dimension!(self, batch => batch.num_flocks());
         (0..flocks).map(|slot| self.has_ended(slot)).collect()
     }
 
@@ -72,7 +72,7 @@ impl Inner {
         slots: &[usize],
     ) -> PyResult<Bound<'py, PyBytes>> {
         let state = py
-            .detach(|| on_batch!(self, batch => batch.save(slots)))
+            .detach(|| by_dimension!(self, batch => batch.save(slots)))
             .map_err(CoreError::from)?;
         Ok(PyBytes::new(py, &state))
     }
@@ -85,7 +85,7 @@ impl Inner {
         resets: Vec<SlotReset>,
         count_components: bool,
     ) -> PyResult<(Vec<f32>, Vec<Measured>)> {
-        on_batch!(self, batch => {
+        by_dimension!(self, batch => {
             let visits = batch.work_of_reset(resets.len());
             change(py, batch, visits, move |batch, progress| {
                 let slots: Vec<usize> = resets.iter().map(|reset| reset.slot).collect();
@@ -107,7 +107,7 @@ impl Inner {
         (rewards, observations): (&mut Vec<f64>, &mut Vec<f32>),
         count_components: bool,
     ) -> PyResult<Vec<Measured>> {
-        on_batch!(self, batch => {
+        by_dimension!(self, batch => {
             let measure = move |episode: &Episode<_>| Measured::of(episode, count_components);
             let visits = batch.work();
             if visits < LONG {

@@ -5,7 +5,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 
 use super::FlockBatch;
-use super::inner::{Inner, on_batch};
+use super::inner::{Inner, by_dimension};
 use crate::arrays::vector;
 use crate::errors::{CoreError, named, try_borrow, try_borrow_mut};
 use crate::info::Measured;
@@ -69,7 +69,7 @@ fn predator_actions_of(
     if !given.is_callable() {
         return vector(&given.extract()?);
     }
-    on_batch!(&try_borrow(slf)?.inner, batch => batch.check_episodes(at_end))
+    by_dimension!(&try_borrow(slf)?.inner, batch => batch.check_episodes(at_end))
         .map_err(CoreError::from)?;
     vector(&given.call0()?.extract()?)
 }

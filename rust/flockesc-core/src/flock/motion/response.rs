@@ -57,17 +57,18 @@ impl<const D: usize> Response<D> {
         response
     }
 
-    /// Computes the neighbor forces of this step, one entry per group. Returns `None` if they are the
-    /// consensus forces of the current sums.
+    /// Computes the neighbor forces of this step, one entry per group, and adds `extra`, D entries per id or none.
+    /// Returns `None` if they are the consensus forces of the current sums.
     pub(crate) fn neighbor_forces(
         &mut self,
         config: &FlockConfig,
         agents: &Agents<D>,
         neighborhood: &mut Neighborhood<D>,
+        extra: &[f64],
     ) -> Option<&[Force<D>]> {
         // Before the early return, because angular noise is drawn under the plain law too.
         self.noise.draw(config);
-        let is_plain = config.sensing_noise <= 0.0 && config.sensing_delay == 0;
+        let is_plain = config.sensing_noise <= 0.0 && config.sensing_delay == 0 && extra.is_empty();
         if is_plain && !config.motion.needs().pairs {
             return None;
         }
@@ -77,6 +78,12 @@ impl<const D: usize> Response<D> {
         }
         if config.sensing_delay > 0 {
             self.delay(config, agents.ids());
+        }
+        let rows = extra.as_chunks::<D>().0;
+        for (place, &id) in agents.ids().iter().enumerate().take(rows.len()) {
+            for axis in 0..D {
+                self.forces[place / GROUP][axis][place % GROUP] += rows[id as usize][axis];
+            }
         }
         Some(&self.forces)
     }
