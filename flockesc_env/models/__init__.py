@@ -2,10 +2,12 @@
 
 from flockesc_env.models.graph import component_labels, laplacian, neighbor_pairs, perron_matrix
 from flockesc_env.models.order import (
+    autocorrelation_time,
     binder_cumulant,
     correlation_length,
     density,
     nearest_neighbor_distances,
+    polarization,
     rotation,
 )
 from flockesc_env.models.records import RecordedRun, load_run, replay_run, run_differences, save_run
@@ -21,6 +23,7 @@ __all__ = [
     "ScanResult",
     "SweepResult",
     "Trajectory",
+    "autocorrelation_time",
     "binder_cumulant",
     "component_labels",
     "correlation_length",
@@ -30,6 +33,7 @@ __all__ = [
     "nearest_neighbor_distances",
     "neighbor_pairs",
     "perron_matrix",
+    "polarization",
     "replay_run",
     "rotation",
     "run_differences",

@@ -107,18 +107,50 @@ class Trajectory(Displayed):
 
     def agents_table(self) -> pl.DataFrame:
         """Return a polars DataFrame with a row per time and agent: position, velocity, caught."""
-        steps, agents, dimension = self.positions.shape
-        axes = "xyz"[:dimension]
+        steps, _, dimension = self.positions.shape
         caught = np.where(self.caught_at < 0, steps, self.caught_at)
         return data_frame(
             {
-                "time": np.repeat(self.times, agents),
-                "agent": np.tile(np.arange(agents), steps),
-                **{axis: self.positions[..., index].ravel() for index, axis in enumerate(axes)},
-                **{f"v{axis}": self.velocities[..., index].ravel() for index, axis in enumerate(axes)},
+                **_rows(self.times, "agent", self.positions),
+                **{f"v{axis}": self.velocities[..., i].ravel() for i, axis in enumerate("xyz"[:dimension])},
                 "is_caught": (np.arange(steps)[:, None] >= caught).ravel(),
             }
         )
+
+    def predators_table(self) -> pl.DataFrame:
+        """Return a polars DataFrame with a row per time and predator: position in m."""
+        return data_frame(_rows(self.times, "predator", self.predator_positions))
+
+    def catches_table(self) -> pl.DataFrame:
+        """Return a polars DataFrame with a row per catch: time, agent, nearest predator and its distance."""
+        order = np.argsort(self.caught_at, kind="stable")
+        agents = order[self.caught_at[order] >= 0]
+        steps = self.caught_at[agents]
+        offsets = self.predator_positions[steps] - self.positions[steps, agents][:, np.newaxis]
+        distances = np.linalg.norm(offsets, axis=-1)
+        return data_frame(
+            {
+                "time": self.times[steps],
+                "agent": agents,
+                "predator": np.array([row.argmin() for row in distances], np.int64),
+                "distance": distances.min(axis=1, initial=np.inf),
+            }
+        )
+
+    def unwrapped_positions(self) -> FloatArray:
+        """Return positions without jumps at the borders of a periodic domain, shape (T + 1, n, D).
+
+        Steps must be shorter than half of ``periodic_side``. In an open domain these are ``positions``.
+        """
+        side = self.scenario.periodic_side
+        return self.positions.copy() if side is None else np.unwrap(self.positions, axis=0, period=side)
+
+
+def _rows(times: FloatArray, name: str, positions: FloatArray) -> dict[str, NDArray[Any]]:
+    """Return the columns of a table with a row per time and body: time, index and coordinates."""
+    steps, count, dimension = positions.shape
+    axes = {axis: positions[..., index].ravel() for index, axis in enumerate("xyz"[:dimension])}
+    return {"time": np.repeat(times, count), name: np.tile(np.arange(count), steps), **axes}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
