@@ -62,7 +62,7 @@ def rotation(points: FloatArray, velocities: FloatArray, side: float | None) -> 
     ``InputError``.
     """
     if side is not None:
-        raise InputError("rotation", "an open domain, which has a centroid", "a periodic one")
+        raise InputError("side", "None for rotation: a periodic domain has no centroid", side)
     count, to_space = max(len(points), 1), ((0, 0), (0, 3 - points.shape[1]))
     arms = points - points.sum(axis=0) / count
     moments = np.cross(np.pad(unit(arms), to_space), np.pad(unit(velocities), to_space))
@@ -180,9 +180,10 @@ def autocorrelation_time(series: ArrayLike) -> float:
     require("analysis", ["scipy"])
     from scipy.signal import correlate  # optional and slow to import
 
-    runs = np.atleast_2d(as_floats(series, "series"))
-    if runs.ndim != 2 or not runs.size:
-        raise InputError("series", "shape (T,) or (runs, T) with at least one entry", f"shape {runs.shape}")
+    given = as_floats(series, "series")
+    if given.ndim not in {1, 2} or not given.size:
+        raise InputError("series", "shape (T,) or (runs, T) with at least one entry", f"shape {given.shape}")
+    runs = np.atleast_2d(given)
     lags = sum(correlate(run, run)[len(run) - 1 :] for run in runs - runs.mean())
     if np.ptp(runs) == 0:
         return np.nan
@@ -196,10 +197,12 @@ def _checked(
 ) -> tuple[FloatArray, FloatArray, float | None, NDArray[np.bool]]:
     """Return positions, velocities (0 if not given), side and which agents count, shape (n,) or (T, n)."""
     if isinstance(tracks, Trajectory):
+        if velocities is not None or side is not None:
+            raise InputError("tracks", "positions, if velocities or side are given", tracks)
         is_left = (tracks.caught_at < 0) | (np.arange(len(tracks.times))[:, None] < tracks.caught_at)
         return tracks.positions, tracks.velocities, tracks.scenario.periodic_side, is_left
     positions = _with_gaps(tracks, "tracks")
-    if positions.ndim not in {2, 3} or positions.shape[-1] not in {2, 3}:
+    if positions.ndim not in {2, 3} or positions.shape[-1] not in {2, 3} or not positions.size:
         raise InputError("tracks", "a Trajectory or shape (n, D) or (T, n, D)", f"shape {positions.shape}")
     moves = np.zeros_like(positions) if velocities is None else _with_gaps(velocities, "velocities")
     if moves.shape != positions.shape:
@@ -212,8 +215,8 @@ def _checked(
 def _with_gaps(value: Any, field: str) -> FloatArray:
     """Return an array of finite numbers and NaN."""
     array = as_array(value, field)
-    gaps = np.isnan(array) if array.dtype.kind == "f" else np.zeros(array.shape, np.bool)
-    floats = as_floats(np.where(gaps, 0, array), field)
+    gaps = np.isnan(array) if array.dtype.kind == "f" else False
+    floats = as_floats(array if gaps is False else np.where(gaps, 0, array), field)
     floats[gaps] = np.nan
     return floats
 
