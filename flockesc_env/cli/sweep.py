@@ -277,7 +277,7 @@ def scan(
 
     Needs the analysis extra.
 
-    Example: flockesc scan --scenario order --interaction-range 10 --values angular_noise=1,3,5
+    Example: flockesc scan --interaction-range 10 --values speed=5,10,20
     """
     check_output(output, [*TABLES, *PICTURES])
     require("analysis", ["matplotlib", "polars", "scipy"])
