@@ -68,10 +68,7 @@ def command_line() -> str:
 
 
 def origin(scenario: str, seeds: NDArray[np.uint64]) -> dict[str, str]:
-    """Return where a result comes from: version of the package, command, scenario (JSON) and seeds.
-
-    Seeds are ``START:STOP`` or, if they are not consecutive, separated by commas.
-    """
+    """Return where a result comes from: version, command, scenario (JSON), seeds (START:STOP or a list)."""
     given = seeds.tolist()
     is_range = given == list(range(given[0], given[0] + len(given)))
     text = f"{given[0]}:{given[-1] + 1}" if is_range else ",".join(map(str, given))
@@ -81,8 +78,7 @@ def origin(scenario: str, seeds: NDArray[np.uint64]) -> dict[str, str]:
 def write_result(path: Path, result: pl.DataFrame | Figure, metadata: dict[str, str]) -> None:
     """Write a table (``TABLES``) or a figure (``PICTURES``) with its ``origin``; replace it atomically.
 
-    Parquet files hold it in their metadata, CSV files as JSON in a first line that begins with "# ", and
-    figures as JSON in their metadata: Description or, in PDF, Subject.
+    In CSV files it is a first line, "# " and JSON, and in figures JSON as Description (in PDF: Subject).
     """
     suffix, packed, note = suffix_of(path), BytesIO(), json.dumps(metadata)
     if suffix == ".parquet":

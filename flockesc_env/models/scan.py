@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -177,7 +178,7 @@ def scan(
             of shape (n, D), that return a number.
         skip: number of steps before the first time that counts, at most ``scenario.num_steps``.
         every: number of steps between times that count; they are multiples of it.
-        num_threads: see ``sweep``. Your functions run in one thread at a time.
+        num_threads: see ``sweep``. Your functions are called in several threads.
         progress: see ``sweep``.
 
     Raises:
@@ -214,19 +215,18 @@ def scan(
             found = _core.scan_flock(documents, float(rho), numbers, threads, report)[:, steps]
         else:
             found = np.empty((total, len(known), len(steps)))
-            runs = [
-                (each, at, seed) for each, at in zip(models, given[_RANGE], strict=True) for seed in numbers
-            ]
+
+            def measured(cell: int) -> FloatArray:
+                value, seed = divmod(cell, numbers.size)
+                return _measured(models[value], given[_RANGE][value], int(numbers[seed]), steps, known)
+
             with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-                try:
-                    futures = [pool.submit(_measured, *run, steps, known) for run in runs]
-                    for index, future in enumerate(futures):
-                        found[index] = future.result()
+                runs: Any = pool.map(measured, range(total))
+                with closing(runs):  # after an error it cancels what is left
+                    for index, run in enumerate(runs):
+                        found[index] = run
                         if callback is not None:
                             callback(index + 1, total)
-                except BaseException:
-                    pool.shutdown(cancel_futures=True)
-                    raise
     shaped = np.moveaxis(found.reshape(count, numbers.size, len(known), len(steps)), 2, 0).copy()
     return ScanResult(model, given, numbers, steps, dict(zip(known, shaped, strict=True)))
 
@@ -254,29 +254,23 @@ def _known(measures: Any) -> dict[str, Measure | None]:
 
 
 def _own(function: Callable[..., Any], name: str) -> Measure:
-    return over_time(
-        lambda points, moves, _: float(as_floats(function(points, moves), f"measures[{name}]", ()))
-    )
+    return over_time(lambda r, v, _: float(as_floats(function(r, v), f"measures[{name}]", ())))
 
 
 def _measured(
     scenario: FlockScenario,
     interaction_range: float,
-    seed: np.uint64,
+    seed: int,
     steps: NDArray[np.int64],
     measures: Mapping[str, Measure | None],
 ) -> FloatArray:
     """Return the measures of a run at these steps, shape (measures, T)."""
-    run = run_flock(scenario, interaction_range, seed=int(seed), num_threads=1)
+    run = run_flock(scenario, interaction_range, seed=seed, num_threads=1)
     is_caught = (run.caught_at >= 0) & (run.caught_at <= steps[:, np.newaxis])
     positions = np.where(is_caught[..., np.newaxis], np.nan, run.positions[steps])
-    side = scenario.periodic_side
+    velocities, side = run.velocities[steps], run.scenario.periodic_side
     found = np.empty((len(measures), len(steps)))
     for row, (name, measure) in zip(found, measures.items(), strict=True):
-        each = (
-            getattr(run, name)[steps]
-            if measure is None
-            else measure(positions, run.velocities[steps], side=side)
-        )
+        each = measure(positions, velocities, side=side) if measure else getattr(run, name)[steps]
         row[:] = as_floats(each, f"measures[{name}]")
     return found
