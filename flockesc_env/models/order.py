@@ -1,16 +1,12 @@
 """Measures of order of flocks and measured tracks: polarization, rotation, distances, density, correlation.
 
-They take ``(tracks, velocities=None, *, side=None)`` and return an array of shape (T,) or, at one time, ().
-Tracks are a ``Trajectory``, whose caught agents do not count, or positions in m, shape (T, n, D) or (n, D),
-with velocities in m/s of the same shape and the side in m of a periodic domain (``None``: an open one). An
-agent with a NaN does not count at that time. Other values raise ``InputError``. Distances, density,
-correlation and autocorrelation need the extra ``analysis``.
+Distances, density, correlation and autocorrelation need the extra ``analysis``.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import update_wrapper
+from inspect import cleandoc
 from typing import Any, Final
 
 import numpy as np
@@ -22,7 +18,19 @@ from flockesc_env.common.extras import require
 from flockesc_env.models.simulate import Trajectory
 
 Measure = Callable[..., FloatArray]
+_ARGUMENTS = """
+Args:
+    tracks: a ``Trajectory``, whose caught agents do not count, or positions in m, shape (T, n, D) or
+        (n, D). An agent with a NaN does not count at that time.
+    velocities: velocities in m/s, of the shape of positions; ``None``: those of the trajectory, or not needed.
+    side: side of a periodic domain in m; ``None``: an open domain, or that of the trajectory.
 
+Returns:
+    The measure at every time, shape (T,), or at the only one, shape ().
+
+Raises:
+    InputError: if an argument has the wrong type, shape or value.
+"""
 _STATIC = {"nearest_neighbor_distance", "density"}
 """Measures that need no velocities."""
 
@@ -42,8 +50,8 @@ def over_time(measure: Callable[[FloatArray, FloatArray, float | None], float]) 
             found[time] = measure(positions[time][here], moves[time][here], periodic)
         return found
 
-    update_wrapper(measured, measure, assigned=("__module__", "__name__", "__qualname__", "__doc__"))
-    del measured.__wrapped__  # type: ignore[attr-defined]  # its signature is another one
+    measured.__name__, measured.__qualname__ = measure.__name__, measure.__qualname__
+    measured.__doc__ = f"{cleandoc(measure.__doc__ or '')}\n{_ARGUMENTS}"
     return measured
 
 
@@ -72,7 +80,8 @@ def rotation(points: FloatArray, velocities: FloatArray, side: float | None) -> 
 def nearest_neighbor_distances(tracks: Trajectory | ArrayLike, *, side: float | None = None) -> FloatArray:
     """Return each agent's distance in m to the nearest other agent (Clark and Evans 1954, Ecology 35, 445).
 
-    The shape is (T, n) or (n,). Distances are NaN for agents that do not count and infinite for the last one.
+    The arguments are those of ``density``. The shape is (T, n) or (n,). Distances are NaN for agents that do
+    not count and infinite for the last one.
     """
     positions, _, periodic, counted = _checked(tracks, None, side)
     distances = np.full(counted.shape, np.nan)

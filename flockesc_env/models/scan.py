@@ -141,7 +141,7 @@ class ScanResult(Displayed):
         if by is not None:
             axes.legend(fontsize="small")
         axes.set(xlabel=axis, ylabel=name)
-        short = "; runs shorter than ten autocorrelation times" if self.notes(name) else ""
+        short = "; some runs shorter than ten autocorrelation times" if self.notes(name) else ""
         axes.set_title(f"seeds: {len(self.seeds):,}{short}", loc="left", fontsize="medium")
         if name in {"polarization", "rotation"}:
             axes.set_ylim(0, 1)
