@@ -22,7 +22,7 @@ _ARGUMENTS = """
 Args:
     tracks: a ``Trajectory``, whose caught agents do not count, or positions in m, shape (T, n, D) or
         (n, D). An agent with a NaN does not count at that time.
-    velocities: velocities in m/s, of the shape of positions; ``None``: those of the trajectory, or not needed.
+    velocities: velocities in m/s, of the shape of positions; ``None``: of the trajectory, or not needed.
     side: side of a periodic domain in m; ``None``: an open domain, or that of the trajectory.
 
 Returns:
