@@ -138,8 +138,11 @@ def own_parts(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa: A
     for size, names in ((AGENTS, ("wall", "keep_distance")), (10_000, ("wall",))):
         scenario = FlockScenario(num_agents=size, initial_side=100 * (size / AGENTS) ** 0.5)
         forces = {"no force": None, **{name: own[name] for name in names}}
-        flocks = {name: Flock(scenario, seed=0, extra_force=force) for name, force in forces.items()}
-        entries = [steps(name, None, partial(each.step, RANGE), agents=size) for name, each in flocks.items()]
+        entries = []
+        for name, force in forces.items():
+            flock = Flock(scenario, seed=0, num_threads=1, extra_force=force)
+            reset = partial(flock.set_state, flock.get_state())
+            entries.append(steps(name, reset, partial(flock.step, RANGE), agents=size))
         yield Comparison(entries, "model step")
     options: dict[str, Any] = {**EVERY_STEP, "action_mode": "range"}
     flock, chased = gymnasium.make(ID, **options), FlockScenario().with_learned_predators()
