@@ -32,10 +32,7 @@ if TYPE_CHECKING:  # of the extra analysis
 TABLES: Final = (".parquet", ".csv")
 PICTURES: Final = (".png", ".svg", ".pdf")
 _HEADER = "header"
-_KINDS = {
-    "a policy": {_HEADER, "parameters"},
-    "a recorded run": {_HEADER, "num_components"},
-}
+_KINDS = {"a policy": {_HEADER, "parameters"}, "a recorded run": {_HEADER, "num_components"}}
 """Arrays of each kind of npz file."""
 
 _HEADER_READERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
