@@ -6,15 +6,14 @@ import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Event
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from flockesc_env import _core
 from flockesc_env.common import checks
 from flockesc_env.common.array_files import origin, write_table
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats
@@ -163,7 +162,7 @@ def scan(
 ) -> ScanResult:
     """Run a flock with several values of its fields or its range on every seed, and measure it over time.
 
-    With the polarization alone and one range no positions are stored; otherwise each thread stores one run.
+    Each thread stores one run: its measures, and positions and velocities only for measures that need them.
 
     Args:
         scenario: the flock model's parameters, or a preset's name.
@@ -209,24 +208,22 @@ def scan(
     steps = np.arange(-(-first // stride) * stride, model.num_steps + 1, stride)
     threads, total = checks.as_threads(num_threads), count * numbers.size
     with reporting(progress, "Scan", total) as callback:
-        if list(known) == ["polarization"] and rho.ndim == 0:
-            report = None if callback is None else lambda done: callback(done, total)
-            documents = [each.to_json() for each in models]
-            found = _core.scan_flock(documents, float(rho), numbers, threads, report)[:, steps]
-        else:
-            found = np.empty((total, len(known), len(steps)))
+        found, stop = np.empty((total, len(known), len(steps))), Event()
 
-            def measured(cell: int) -> FloatArray:
-                value, seed = divmod(cell, numbers.size)
-                return _measured(models[value], given[_RANGE][value], int(numbers[seed]), steps, known)
+        def measured(cell: int) -> FloatArray:
+            value, seed = divmod(cell, numbers.size)
+            run: Any = {"every": stride, "seed": int(numbers[seed]), "num_threads": 1, "stop": stop}
+            return _measured(models[value], given[_RANGE][value], run, steps // stride, known)
 
-            with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
-                runs: Any = pool.map(measured, range(total))
-                with closing(runs):  # after an error it cancels what is left
-                    for index, run in enumerate(runs):
-                        found[index] = run
-                        if callback is not None:
-                            callback(index + 1, total)
+        with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+            try:
+                for index, run in enumerate(pool.map(measured, range(total))):
+                    found[index] = run
+                    if callback is not None:
+                        callback(index + 1, total)
+            finally:  # an error or Ctrl-C stops the other runs
+                stop.set()
+                pool.shutdown(cancel_futures=True)
     shaped = np.moveaxis(found.reshape(count, numbers.size, len(known), len(steps)), 2, 0).copy()
     return ScanResult(model, given, numbers, steps, dict(zip(known, shaped, strict=True)))
 
@@ -260,17 +257,20 @@ def _own(function: Callable[..., Any], name: str) -> Measure:
 def _measured(
     scenario: FlockScenario,
     interaction_range: float,
-    seed: int,
-    steps: NDArray[np.int64],
+    arguments: Mapping[str, Any],
+    rows: NDArray[np.int64],
     measures: Mapping[str, Measure | None],
 ) -> FloatArray:
-    """Return the measures of a run at these steps, shape (measures, T)."""
-    run = run_flock(scenario, interaction_range, seed=seed, num_threads=1)
-    is_caught = (run.caught_at >= 0) & (run.caught_at <= steps[:, np.newaxis])
-    positions = np.where(is_caught[..., np.newaxis], np.nan, run.positions[steps])
-    velocities, side = run.velocities[steps], run.scenario.periodic_side
-    found = np.empty((len(measures), len(steps)))
+    """Return the measures of a run at some of its recorded times, shape (measures, T)."""
+    record = [name for name, measure in measures.items() if measure is None]
+    if has_agents := len(record) < len(measures):
+        record += ["positions", "velocities"]
+    run = run_flock(scenario, interaction_range, record=record, **arguments)
+    found = np.empty((len(measures), len(rows)))
+    if has_agents:
+        positions = np.where(run.is_caught[..., np.newaxis], np.nan, run.positions)[rows]
+        tracks: Any = positions, run.velocities[rows]
     for row, (name, measure) in zip(found, measures.items(), strict=True):
-        each = measure(positions, velocities, side=side) if measure else getattr(run, name)[steps]
+        each = measure(*tracks, side=run.scenario.periodic_side) if measure else getattr(run, name)[rows]
         row[:] = as_floats(each, f"measures[{name}]")
     return found

@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from threading import Event
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -266,10 +267,12 @@ def run_flock(
     num_threads: int | None = None,
     every: int = 1,
     record: Sequence[str] | None = None,
+    stop: Event | None = None,
 ) -> Trajectory:
     """Run a flock with given ranges for ``scenario.num_steps`` steps; see ``flockesc_env.simulate``.
 
     The ranges rho are in m, a scalar, one per agent, shape (n,), or for every step, shape (T, 1) or (T, n).
+    ``stop`` ends it between two steps with ``KeyboardInterrupt``, for threads that no signal reaches.
     Actions in [-1, 1] of the L ``Learned`` predators have shape (T, L, D); ``None``: 0, they fly straight on.
     """
     agents, steps, axes = scenario.num_agents, scenario.num_steps, scenario.dimension
@@ -305,6 +308,8 @@ def run_flock(
         if step % every == 0:
             for name in names:
                 columns[name][step // every] = flock.get(name, rho)
+        if stop is not None and stop.is_set():
+            raise KeyboardInterrupt
         if step < steps:
             flock.step(rho, 1, accelerations[step], None)
     with np.errstate(over="ignore"):
