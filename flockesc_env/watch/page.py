@@ -22,8 +22,7 @@ from flockesc_env.common.files import write_text
 from flockesc_env.models.order import unit
 from flockesc_env.models.records import versions
 from flockesc_env.models.simulate import Trajectory, as_runs
-from flockesc_env.policies.registry import NAMES
-from flockesc_env.render.frames import policy_title
+from flockesc_env.render.frames import policy_kind, policy_title
 from flockesc_env.render.palette import DARK, LIGHT
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.watch.live import ENGINE, has_engine, safe_json, scenario_documents, start_document
@@ -180,7 +179,7 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     return {
         "name": name,
         "title": policy_title(name, trajectory.scenario.range_unit),
-        "kind": "fixed" if np.ptp(ranges) == 0 else "rule" if name in NAMES else "learned",  # gives the color
+        "kind": policy_kind(name, trajectory),
         # None if no seed gives this start. A string, because 64 bits do not fit into a number of JavaScript.
         "seed": None if trajectory.is_start_given else str(trajectory.seed),
         "scenario": json.loads(trajectory.scenario.to_json()),
