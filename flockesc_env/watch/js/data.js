@@ -50,7 +50,6 @@ class Recording {
       numSteps: scenario.num_steps,
       timeStep: scenario.time_step,
       last: scenario.num_steps,
-      counted: Infinity,
       hasEnded: true,
     });
   }
@@ -77,6 +76,11 @@ function frameAt(run, time) {
 /** Whether an agent has been caught at a step. */
 function isCaught(run, step, agent) {
   return run.caughtAt[agent] <= step;
+}
+
+/** Ids of the agents that are not caught at a step. */
+function aliveAt(run, step) {
+  return Array.from({ length: run.numAgents }, (_, agent) => agent).filter((agent) => !isCaught(run, step, agent));
 }
 
 /** The interaction range of an agent, from one range for all or one per agent. */

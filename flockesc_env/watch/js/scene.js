@@ -6,7 +6,8 @@ const TRAIL = 0.5; // s of an agent's past
 const DEPTHS = 5; // shades by which agents in space fade with their depth
 const MAX_TRAIL_PARTS = 8000; // of all trails of the page; more are slow
 const TURNS = 72; // directions of the stamps of agents
-const MAX_EDGES = 60000; // more are unreadable and slow
+const NUMBER_FONT = "bold 16px system-ui, sans-serif";
+const INVITE = { from: 3, until: 6 }; // s: the scene says that the predator can be dragged
 
 /** Returns the shortest offset along an axis in a periodic domain, or the offset itself if `side` is null. */
 function shortest(offset, side) {
@@ -19,22 +20,16 @@ class Scene {
     this.camera = camera;
     this.context = canvas.getContext("2d");
     this.stamps = new Stamps();
-    this.forget();
+    this.rival = null; // the run of the best single range on the same flock, whose ring is dotted
   }
 
   setRun(run) {
     this.run = run;
-    this.forget();
     this.points = new Float32Array(3 * run.numAgents); // projected: x, y, pixels per metre
     this.marks = new Float32Array(2 * run.numAgents); // projected headings, in units of a mark's length
   }
 
-  /** Forgets the neighbors of the last frame, for example after a change of the range. */
-  forget() {
-    this.edges = { step: -1, pairs: [] }; // found once per step, drawn in many frames
-  }
-
-  /** `look`: what is drawn (trails, edges, ..) and the colors of the theme. */
+  /** `look`: what is drawn (`asking`, `chosen`, `target`, ..) and the colors of the theme. */
   draw(time, look) {
     const { canvas, camera, context, run } = this;
     const density = window.devicePixelRatio || 1;
@@ -54,13 +49,13 @@ class Scene {
     if (camera.isSpatial) this.drawShadows();
     this.drawCaught();
     const byColor = this.agentsByColor();
-    if (look.trails) this.drawTrails(byColor);
-    if (look.edges && run.pairsAt) this.drawEdges();
+    this.drawTrails(byColor);
     this.drawAgents(byColor);
-    if (look.guess !== undefined) this.drawChosen(this.guessOf(look.guess));
-    else this.drawRings();
+    if (!look.asking) this.drawRings();
+    else if (look.asking.range !== null) this.drawChosen(this.guessOf(look.asking.range));
     if (look.chosen?.run === run) this.drawChosen(look.chosen);
     if (look.target) this.drawTarget(look.target);
+    if (look.invites && run.isLive && time >= INVITE.from && time < INVITE.until) this.drawInvitation();
     drawScaleBar(context, camera, look.theme);
   }
 
@@ -92,8 +87,7 @@ class Scene {
   agentsByColor() {
     const { run, look, moment } = this;
     const lists = new Map();
-    const isAsking = look.guess !== undefined; // before the first flight no color answers
-    const colorOf = isAsking ? () => look.theme.muted : look.theme.colorOf;
+    const colorOf = look.asking ? () => look.theme.muted : look.theme.colorOf; // before a flight no color answers
     for (let agent = 0; agent < run.numAgents; agent++) {
       if (isCaught(run, moment.step, agent)) continue;
       const color = colorOf(rangeOf(run, moment.step, agent));
@@ -199,27 +193,6 @@ class Scene {
     context.globalAlpha = 1;
   }
 
-  drawEdges() {
-    const { context, points, look, moment, run } = this;
-    if (this.edges.step !== moment.step) this.edges = { step: moment.step, pairs: run.pairsAt(moment.step) };
-    const { pairs } = this.edges;
-    if (pairs.length > 2 * MAX_EDGES) {
-      context.fillStyle = look.theme.ink;
-      const text = `more than ${MAX_EDGES} pairs of neighbors: not drawn`;
-      return label(context, text, this.camera.width / 2, this.camera.height - 14, look.theme);
-    }
-    context.beginPath();
-    for (let at = 0; at < pairs.length; at += 2) {
-      context.moveTo(points[3 * pairs[at]], points[3 * pairs[at] + 1]);
-      context.lineTo(points[3 * pairs[at + 1]], points[3 * pairs[at + 1] + 1]);
-    }
-    context.globalAlpha = Math.min(0.5, Math.max(0.08, 400 / pairs.length));
-    context.lineWidth = 1;
-    context.strokeStyle = look.theme.ink;
-    context.stroke();
-    context.globalAlpha = 1;
-  }
-
   /** Draws an agent's range and lines to the agents that it hears. */
   drawChosen({ agent, heard, range }) {
     const { context, points, run, look } = this;
@@ -242,39 +215,63 @@ class Scene {
       context.arc(x, y, range * scale, 0, 2 * Math.PI);
     }
     context.stroke();
+    if (look.asking) this.drawNumber(`${range} m`, x, Math.max(y - range * scale, 20), look.theme.ink);
   }
 
-  /** Draws where the reader points. */
-  drawTarget(target) {
+  drawNumber(text, x, y, color) {
+    const { context, look } = this;
+    Object.assign(context, { fillStyle: look.theme.ground, font: NUMBER_FONT, textAlign: "center", textBaseline: "middle" });
+    const { width } = context.measureText(text);
+    context.globalAlpha = 0.85;
+    context.fillRect(x - width / 2 - 3, y - 10, width + 6, 20);
+    Object.assign(context, { globalAlpha: 1, fillStyle: color });
+    context.fillText(text, x, y);
+  }
+
+  /** Says that the reader can take the predator. */
+  drawInvitation() {
+    const [x, y] = this.predatorPixels(0);
+    this.drawTarget(this.camera.unproject(x, y), 18);
+    this.drawNumber("drag the predator", x, y + 34, this.look.theme.predator);
+  }
+
+  /** Draws a circle of some pixels, for example where the reader points. */
+  drawTarget(target, radius = 7) {
     const { context, camera, look } = this;
     const [x, y] = camera.project(...target, 0, [0, 0, 0]);
     context.lineWidth = 1.5;
     context.strokeStyle = look.theme.predator;
     context.beginPath();
-    context.arc(x, y, 7, 0, 2 * Math.PI);
+    context.arc(x, y, radius, 0, 2 * Math.PI);
     context.stroke();
   }
 
-  /** Draws the mean distance as a ring around the predator, and that of the best fixed range as a dotted ring. */
+  /**
+   * Draws the lowest mean distance so far as a ring around the predator, with its number, and the present one as a
+   * hairline. The dotted ring is the lowest mean distance of the best single range.
+   */
   drawRings() {
-    const { context, run, moment, look } = this;
-    if (run.numPredators !== 1) return;
+    const { context, run, rival, moment, look, camera } = this;
+    if (run.numPredators !== 1 || run.document.periodic_side !== null) return;
     const [x, y, scale] = this.predatorPixels(0);
-    const ring = (radius, dash) => {
-      context.beginPath();
+    const ring = (distance, color, width, dash = []) => {
+      context.strokeStyle = color;
+      context.lineWidth = width;
       context.setLineDash(dash);
-      context.arc(x, y, radius * scale, 0, 2 * Math.PI);
+      context.beginPath();
+      context.arc(x, y, distance * scale, 0, 2 * Math.PI);
       context.stroke();
+      context.setLineDash([]);
     };
-    context.lineWidth = 2;
-    context.strokeStyle = look.theme.runs[run.color % look.theme.runs.length];
-    ring(run.meanDistance[moment.step], []);
-    const { yardstick } = look;
-    context.strokeStyle = look.theme.ink;
-    context.lineWidth = 1.5;
-    const isOther = yardstick && yardstick !== run && yardstick.last >= moment.step;
-    if (isOther) ring(yardstick.meanDistance[moment.step], [2, 5]);
-    context.setLineDash([]);
+    const [lowest, color] = [run.lowestMean[moment.step], look.theme.runs[run.color]];
+    if (!Number.isFinite(lowest)) return;
+    ring(run.meanDistance[moment.step], color, 0.75);
+    if (rival) ring(rival.lowestMean[Math.min(moment.step, rival.last)], look.theme.ink, 1.5, [2, 5]);
+    ring(lowest, color, 2.5);
+    const sides = [[0, 1], [1, 0], [0, -1], [-1, 0]].map(([dx, dy]) => [x + dx * lowest * scale, y + dy * lowest * scale]);
+    const isInside = ([at, height]) => at > 30 && at < camera.width - 30 && height > 16 && height < camera.height - 16;
+    const side = sides.find(isInside);
+    if (side) this.drawNumber(`${lowest.toFixed(0)} m`, ...side, color);
   }
 
   /** The agent in the middle of the flock and those that it would hear: what a range means. */
@@ -284,7 +281,7 @@ class Scene {
     const mean = [0, 1].map((axis) => agents.reduce((sum, agent) => sum + points[3 * agent + axis], 0) / agents.length);
     const toMiddle = (agent) => Math.hypot(points[3 * agent] - mean[0], points[3 * agent + 1] - mean[1]);
     const agent = agents.reduce((a, b) => (toMiddle(b) < toMiddle(a) ? b : a));
-    return { agent, range, heard: run.pairsAt(0, agent, range).filter((_, at) => at % 2 === 1) };
+    return { agent, range, heard: run.heardBy(agent, 0, range) };
   }
 
   /** The agent nearest to a pixel, or null if none is near. */

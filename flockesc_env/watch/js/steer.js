@@ -55,21 +55,29 @@ class Steering {
     canvas.addEventListener(
       "keydown",
       (event) => {
+        if (/^n$/i.test(event.key) && panel.run.isLive) return page.inspect(panel, event.shiftKey ? "before" : "next");
         if (!page.flight.isSteered || !(event.key in moves || event.key === "Escape")) return;
         event.preventDefault();
         event.stopImmediatePropagation();
         if (event.key === "Escape") return this.release();
         const from = this.pointer ?? predatorOf(panel.run, frameAt(panel.run, page.player.time).step);
-        this.pointer = from.map((part, axis) => part + NUDGE * moves[event.key][axis]);
-        page.draw();
+        this.lead(from.map((part, axis) => part + NUDGE * moves[event.key][axis]));
       },
       { capture: true },
     );
   }
 
   point(x, y) {
-    this.pointer = this.page.camera.unproject(x, y);
-    if (!this.page.player.isPlaying) this.page.draw();
+    this.lead(this.page.camera.unproject(x, y));
+  }
+
+  /** Leads the predators toward a point; the first one starts the flight. */
+  lead(point) {
+    const { player } = this.page;
+    this.pointer = point;
+    this.page.isInviting = false;
+    if (!player.isPlaying && !player.hasEnded) player.play();
+    this.page.draw();
   }
 
   release() {
@@ -117,16 +125,6 @@ class Steering {
   note({ policy, objective }) {
     const tries = this.triesAgainst(policy);
     Object.assign(tries, { now: objective, best: Math.min(tries.best, objective) });
-  }
-
-  /** Sentences about the aim, which is the first flock, and about what was reached. */
-  describe() {
-    const { policy } = this.first;
-    const { straight, now, best } = this.triesAgainst(policy);
-    const aim =
-      `You are the predator: hold a finger on the field, and it follows. Come nearer than ${straight.toFixed(1)} m ` +
-      `to the flock under ${policy.title}; the straight line does.`;
-    return now === null ? aim : `${aim} You: ${now.toFixed(1)} m. Best try: ${best.toFixed(1)} m.`;
   }
 }
 
