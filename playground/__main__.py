@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from flockesc_env import rollout, sweep
+from flockesc_env import sweep
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import mean
 from flockesc_env.policies.registry import policy_file
@@ -27,9 +27,6 @@ HERE = Path(__file__).parent
 ROOT = HERE.parent
 BOARD = ROOT / "scoreboard"
 PRESET, TASK, HEADLINE = "paper-flock", "per-agent-visible", "per-agent-visible/search"
-
-CANDIDATES, TOUR = range(300), 20
-"""The page flies the ``TOUR`` seeds of ``CANDIDATES`` whose objectives are nearest to the means."""
 
 FIRST = 30
 """The seed of the first flock. On it, no offered range is better than the best one of the means."""
@@ -56,7 +53,6 @@ def content(links: dict[str, str], address: str, flocks: int) -> Content:
     measured = json.loads((ROOT / "results" / "robustness" / "results.json").read_text("utf-8"))
     best = {entry["name"]: entry["outcomes"]["J_mean"]["best"]["mean"] for entry in measured["presets"]}
     name, documents = scenario_documents(scenario, best)
-    seeds = tour(best[PRESET])
     rivals = [f"fixed:{best[PRESET]:g}", HEADLINE]
     file = policy_file(HEADLINE)
     assert file  # noqa: S101, part of the package
@@ -69,8 +65,8 @@ def content(links: dict[str, str], address: str, flocks: int) -> Content:
     return Content(
         scenarios=documents,
         policies=[{**file_document(file, HEADLINE), "title": "Learned: each decides"}],
-        start={"scenario": name, "seed": seeds[0], "policies": rivals, "headline": HEADLINE},
-        playground={"tour": seeds, **means(best[PRESET], flocks)},
+        start={"scenario": name, "seed": str(FIRST), "policies": rivals, "headline": HEADLINE},
+        playground=means(best[PRESET], flocks),
         heading="How far should each agent listen?",
         lead="The orange predator hunts. Each agent turns to the mean heading of all it hears. "
         "Guess the range that keeps them farthest away.",
@@ -78,15 +74,6 @@ def content(links: dict[str, str], address: str, flocks: int) -> Content:
         film='<img src="learned.gif" alt="The best fixed range beside a learned policy">',
         footer=f"flockesc_env: environments whose action is the interaction range. {' '.join(anchors)}",
     )
-
-
-def tour(best: float) -> list[str]:
-    """Return the seeds of the flocks that fly at first, ``FIRST`` and the others in order."""
-    fixed = sweep(PRESET, [best], seeds=CANDIDATES).min_mean_distance[0]
-    learned = rollout(PRESET, HEADLINE, CANDIDATES).min_mean_distance
-    away = abs(fixed - fixed.mean()) + abs(learned - learned.mean())
-    nearest = np.sort(np.argsort(away, kind="stable")[:TOUR])
-    return [str(seed) for seed in [FIRST, *nearest[nearest != FIRST]]]
 
 
 def means(best: float, flocks: int) -> dict[str, Any]:

@@ -151,9 +151,7 @@ def playground(tmp_path_factory: pytest.TempPathFactory) -> str:
     if not has_engine():
         pytest.skip("needs the core for web pages: `make engine`")
     folder = tmp_path_factory.mktemp("playground")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("playground.__main__.CANDIDATES", range(30))  # a tenth of the time
-        main(folder, flocks=20)
+    main(folder, flocks=20)
     return (folder / "index.html").as_uri()
 
 
@@ -210,7 +208,7 @@ def guess(tab: Page, rho: float) -> None:
 ROWS = """[...document.querySelectorAll("#answer tbody th")].map((cell) => cell.textContent)"""
 
 
-def test_a_guess_flies_and_the_next_flock_follows_the_end(tab: Page, playground: str) -> None:
+def test_a_guess_flies_until_no_ring_changes(tab: Page, playground: str) -> None:
     tab.goto(playground)
     tab.evaluate(READY)
     guess(tab, 40)
@@ -221,10 +219,13 @@ def test_a_guess_flies_and_the_next_flock_follows_the_end(tab: Page, playground:
     stop = max(run.times[run.mean_distance.argmin()] for run in lows) + 3
     assert tab.evaluate("page.player.stop") == pytest.approx(stop)
     tab.evaluate("page.player.seek(page.player.stop - 0.1)")
-    wait(tab, f"page.flight.seed !== '{FIRST}' && page.player.time > 0.1")
-    assert tab.evaluate("[page.flight.seed === page.tour[1], location.hash]") == [True, ""]
-    tab.click("#facts")  # the reader's hand ends the tour
-    assert tab.evaluate("page.isTouring") is False
+    wait(tab, "!page.player.isPlaying")
+    assert tab.evaluate("page.player.time") == pytest.approx(stop)
+    told = [f"{title}: {lowest(run):.1f} m" for title, run in zip(tab.evaluate(ROWS)[::2], lows, strict=True)]
+    assert all(each in text(tab, "#announcement") for each in told)
+    tab.evaluate("location.hash = ''")  # does not ask again
+    wait(tab, "page.runs[0].spec === 'fixed:12'")
+    assert not tab.evaluate("page.look.asking")
 
 
 def test_a_link_with_a_guess_asks_a_friend_first(tab: Page, playground: str) -> None:
@@ -306,7 +307,7 @@ def test_with_reduced_motion_the_page_waits_and_shows_the_predator(tab: Page, pl
     tab.emulate_media(reduced_motion="reduce")
     tab.goto(f"{playground}#policies=fixed:12")
     tab.evaluate(READY)
-    assert tab.evaluate("[page.player.isPlaying, page.isTouring]") == [False, False]
+    assert tab.evaluate("page.player.isPlaying") is False
     x, y = tab.evaluate("page.panels[0].scene.predatorPixels(0)")[:2]
     red, green, blue, _ = tab.evaluate(f"""Array.from(page.panels[0].canvas.getContext("2d").getImageData(
         {x} * devicePixelRatio, {y} * devicePixelRatio, 1, 1).data)""")
@@ -398,20 +399,27 @@ def test_keys_and_two_fingers_move_the_camera(tab: Page, open_at: Callable[..., 
     assert tab.evaluate("[page.camera.zoomFactor, page.player.time]") == pytest.approx([2, 0])
 
 
-def test_a_link_restores_flock_policies_numbers_and_steering(tab: Page, open_at: Callable[..., None]) -> None:
+def test_a_link_restores_flock_policies_agents_and_steering(tab: Page, open_at: Callable[..., None]) -> None:
     open_at(f"scenario=pursuit&seed={2**64 - 1}&policies=fixed:3.5,{HEADLINE}&agents=80&steer=you")
-    steer = """for (let step = 0; step < 150; step++) {
-        page.steering.pointer = step < 40 ? null : [90 - step / 3, step / 2 - 20];
-        page.seek((step + 1) * page.player.timeStep);
-    }"""
-    tab.evaluate(f"(() => {{ {steer} page.steering.pointer = null; }})()")
-    expected = tab.evaluate(OBJECTIVES)
+    expected = tab.evaluate(STATE)
+    assert expected == ["pursuit", str(2**64 - 1), 80, True, ["fixed:3.5", HEADLINE]]
     link = tab.evaluate("page.link()")
+    open_at()
     open_at(link)
-    assert tab.evaluate(STATE) == ["pursuit", str(2**64 - 1), 80, True, ["fixed:3.5", HEADLINE]]
-    assert tab.evaluate(OBJECTIVES) == expected
-    open_at(re.sub("&path=.*", "", link))
-    assert tab.evaluate(OBJECTIVES) != expected
+    assert tab.evaluate(STATE) == expected
+
+
+@pytest.mark.parametrize(("name", "rho"), [("torus", 60), ("ring", 100), ("pursuit", 6)])
+def test_a_scenario_starts_alike_from_a_link_and_from_the_list(
+    name: str, rho: int, tab: Page, open_at: Callable[..., None]
+) -> None:
+    open_at(f"policies={','.join(DUEL)}")
+    assert text(tab, ".panel:last-of-type .note") == "predator always seen"
+    tab.evaluate(f"page.fly({scenario(name)})")
+    assert text(tab, ".panel:last-of-type .note") == "not trained for this scenario"
+    assert tab.evaluate(STATE)[4] == [f"fixed:{rho}", HEADLINE]
+    open_at(f"scenario={name}")
+    assert tab.evaluate(STATE)[4] == [f"fixed:{rho}"]
 
 
 INVALID = {
@@ -423,7 +431,7 @@ INVALID = {
     "policies=fixed:-3": ("fixed:-3: expected a range >= 0", ["fixed:12"]),
     "policies=fixed:0x10": ("fixed:0x10: expected a range >= 0", ["fixed:12"]),
     "policies=,toString,recording:0,": (".*: this page has no such policy.*", ["fixed:12"]),
-    "path=%%%&seed=-1": (r"seed: expected an integer from 0 to 2\^64 - 1, got -1\.", DUEL),
+    "seed=-1": (r"seed: expected an integer from 0 to 2\^64 - 1, got -1\.", DUEL),
     "policies=fixed:1,fixed:2,fixed:3": ("policies: expected at most 2, got 3.", ["fixed:1", "fixed:2"]),
 }
 
@@ -463,8 +471,6 @@ def test_a_finger_grabs_the_predator_of_both_flocks(tab: Page, open_at: Callable
     cells = tab.evaluate("[...document.querySelectorAll('#answer tbody td')].map((cell) => cell.textContent)")
     reached = zip(straight, (first, second), (first, second), strict=True)
     assert cells == [f"{value:.1f}" for row in reached for value in row]
-    tab.click(".panel:last-of-type .close")
-    assert tab.evaluate("page.panels.length") == 1
 
 
 def test_arrows_lead_the_predator(tab: Page, open_at: Callable[..., None]) -> None:
@@ -502,8 +508,6 @@ def test_the_next_flock_is_played_by_all_policies_of_the_page(tab: Page, watched
         assert tab.evaluate(lowest_shown) == [[str(SEED), None], [str(seed), lowest(run)]]
         assert text(tab, ".note") == f"recorded, seed {SEED}"
         tab.click("#next")
-    tab.click(".panel:last-of-type .close")
-    assert not tab.locator("#next").is_visible()  # recordings do not follow
 
 
 def test_files_that_no_page_can_play_are_named(
@@ -648,6 +652,10 @@ def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(
     assert text(tab, "#agent") == f"Agent {agent} listens within 9 m"
     pairs = neighbor_pairs(run.scenario, run.positions[80], 9.0, velocities=run.velocities[80])
     assert sorted(heard) == pairs[pairs[:, 0] == agent, 1].tolist()
+    tab.focus(".panel canvas")
+    for key, other in (("n", agent + 1), ("Shift+N", agent)):
+        tab.keyboard.press(key)
+        assert tab.evaluate("page.look.chosen.agent") == other
     for step in (60, 100):
         tab.evaluate(f"page.seek({step} * page.player.timeStep)")
         shown = tab.evaluate("""Object.fromEntries([...document.querySelectorAll("#agent-entries div")].map(

@@ -11,7 +11,12 @@ function showAnswer(page, means, { guess, friend }) {
   const meters = (value) => (Number.isFinite(value) ? value.toFixed(1) : "");
   if (flight.isSteered) {
     const tries = runs.map((run) => [run, steering.triesAgainst(run.policy)]);
-    const rows = tries.map(([run, { straight, now, best }]) => [run, meters(straight), meters(now ?? NaN), meters(best)]);
+    const rows = tries.map(([run, { straight, now, best }]) => [
+      run,
+      meters(straight),
+      meters(now ?? NaN),
+      meters(best),
+    ]);
     const note = "You are the predator: lead it nearer than the straight line comes. Lowest mean distance, in m.";
     return fillAnswer(["Against", "straight", "you", "best try"], rows, note);
   }
@@ -25,7 +30,8 @@ function showAnswer(page, means, { guess, friend }) {
   if (means) {
     add(guess, "Your guess", "accent");
     add(friend, "Your friend's guess", "other-2");
-    if (!shown.has(page.policies.headline)) shown.set(page.policies.headline, { title: page.learned, color: "learned" });
+    if (!shown.has(page.policies.headline))
+      shown.set(page.policies.headline, { title: page.learned, color: "learned" });
   }
   const meanOf = (spec) => {
     if (spec === page.policies.headline) return means.learned;

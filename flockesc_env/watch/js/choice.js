@@ -50,7 +50,6 @@ class Choice {
     if (!this.page.look.asking) return;
     document.body.classList.remove("asking");
     delete this.page.look.asking;
-    this.page.isTouring = !isStill();
     this.page.showAll();
     if (isFlying) this.page.player.play();
   }
@@ -86,7 +85,8 @@ class Choice {
     const { policy, kind, color } = active.run;
     this.showSlider(kind === "fixed" && active.run.isLive ? policy.range : null);
     $("choice").style.setProperty("--run", `var(--${color})`);
-    this.showMeans([...trials.values()], this.meansOf(flight));
+    const dots = [...trials.values()].filter((each) => each.range !== null);
+    this.showMeans(dots, this.meansOf(flight));
     showAnswer(page, this.meansOf(flight), this);
   }
 
@@ -103,27 +103,19 @@ class Choice {
     if (!values.length) return;
     const [low, high] = means ? SCALE : [Math.floor(Math.min(...values) - 1), Math.ceil(Math.max(...values) + 1)];
     const across = (value) => [0, ranges.length - 1].map((place) => [place, value]);
-    const learned = trials.filter(({ range }) => range === null);
-    const lines = learned.map(({ objective, color }) => ({
-      points: across(objective),
-      color: `var(--${color})`,
-      dash: "6 4",
-      width: 1.5,
-    }));
-    const bands = [];
+    const [lines, bands] = [[], []];
     if (means) {
       const at = (name) => means.fixed.map((mean, index) => [placeOf(means.ranges[index], ranges), mean[name]]);
       bands.push({ low: at("low"), high: at("high"), color: "var(--fixed)" });
       lines.push({ points: at("mean"), color: "var(--fixed)", width: 2.5 });
       lines.push({ points: across(means.learned.mean), color: "var(--learned)", width: 2.5 });
     }
-    const dots = trials.filter(({ range }) => range !== null);
     plot($("trials"), {
       x: [0, ranges.length - 1],
       y: [low, high],
       lines,
       bands,
-      dots: dots.map(({ range, objective, title, color }) => ({
+      dots: trials.map(({ range, objective, title, color }) => ({
         at: [placeOf(range, ranges), objective],
         color: `var(--${color})`,
         title: `${title}: ${objective.toFixed(1)} m`,
@@ -133,6 +125,6 @@ class Choice {
     const texts = trials.map(({ title, objective }) => `${title} ${objective.toFixed(1)} m`);
     $("trials").setAttribute("aria-label", `Whole runs of this flock: ${texts.join(", ")}`);
     const ofMeans = means ? `Lines: means of ${means.flocks.toLocaleString("en")} flocks. ` : "";
-    $("trials-key").textContent = `${ofMeans}Dots${learned.length ? ", dashes" : ""}: this flock.`;
+    $("trials-key").textContent = `${ofMeans}Dots: this flock.`;
   }
 }

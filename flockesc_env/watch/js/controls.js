@@ -30,18 +30,11 @@ class Controls {
     });
     $("next").addEventListener("click", () => page.next());
     $("steer").addEventListener("click", () => page.steer(!page.flight.isSteered));
-    $("duel").addEventListener("click", async () => {
-      const shown = page.panels.map(({ run }) => run.spec);
-      const rivals = [`fixed:${page.flight.scenario.first}`, page.policies.headline, "fixed:0"];
-      await page.addPolicy(rivals.find((spec) => spec && !shown.includes(spec)));
-      page.showAll();
-    });
     $("again").addEventListener("click", () => {
       page.again();
       page.player.play();
     });
     $("copy").addEventListener("click", () => this.copy());
-    $("python").addEventListener("toggle", () => this.showCode());
   }
 
   async copy() {
@@ -82,7 +75,7 @@ class Controls {
   /** Shows the flock in the controls, in the address and in the code. */
   show() {
     const { page } = this;
-    const { scenario, seed, isSteered, path, document: model, start } = page.flight;
+    const { scenario, seed, isSteered, document: model, start } = page.flight;
     const isFlying = page.panels.some(({ run }) => run.isLive); // recordings do not follow
     $("scenarios").value = scenario.name;
     $("seed").value = seed ?? "given start";
@@ -92,30 +85,20 @@ class Controls {
     $("next").hidden = !isFlying;
     $("steer").hidden = scenario.steered === null || !isFlying;
     $("steer").textContent = isSteered ? "Give the predator back" : "You be the predator";
-    $("duel").hidden = page.panels.length >= MAX_PANELS;
     for (const panel of page.panels) page.policies.list(panel.select, panel.run, page.recordings);
     page.choice.show();
     this.showCode();
-    if (page.isTouring || page.look.asking) return; // opening the page again begins again
-    const specs = page.panels.map(({ run }) => run.spec);
-    showAddress(writeAddress(page.flight, specs, path));
+    if (!page.look.asking) showAddress(page.link(null));
   }
 
-  /** Shows the code of the first panel at once, and what it prints when the controls rest. */
+  /** Shows the code of the first panel and, once its run has ended, what it prints. */
   showCode() {
-    const { page } = this;
-    clearTimeout(this.codeTimer);
-    if (!$("python").open) return;
-    const { run } = page.panels.find((panel) => panel.run.isLive) ?? {};
-    const code = run ? pythonCode(page.flight, run.policy, null) : null;
-    $("code").textContent = code ?? "";
+    const { flight, runs } = this.page;
+    const run = runs.find(({ isLive }) => isLive);
+    const isKnown = run?.hasEnded && !flight.isSteered;
+    const code = run ? pythonCode(flight, run.policy, isKnown ? run.objective : null) : null;
     const { file, sha256 } = run?.policy ?? {};
-    $("code-note").textContent = codeNote(page.flight, code) + (sha256 ? ` sha256 of ${file}: ${sha256}` : "");
-    if (!code) return;
-    this.codeTimer = setTimeout(() => {
-      const { flight } = page;
-      const played = flight.isSteered ? new Flight({ ...flight, isSteered: false }) : flight;
-      $("code").textContent = pythonCode(flight, run.policy, objectiveOf(played, run.policy));
-    }, 300);
+    $("code").textContent = code ?? "";
+    $("code-note").textContent = codeNote(flight, code) + (sha256 ? ` sha256 of ${file}: ${sha256}` : "");
   }
 }

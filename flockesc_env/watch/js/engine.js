@@ -28,17 +28,16 @@ class LiveRun {
   /** `flight`: which flock it is (see `Flight`). */
   constructor(flight, policy) {
     const { document, unit } = flight;
+    const { spec, title, kind } = policy;
     Object.assign(this, {
+      spec,
+      title,
+      kind,
       isLive: true,
       flight,
       seed: flight.start ? null : flight.seed,
-      document,
+      ...factsOf(document),
       rangeUnit: unit,
-      dimension: document.dimension,
-      numAgents: document.num_agents,
-      numPredators: document.predators.length,
-      numSteps: document.num_steps,
-      timeStep: document.time_step,
       rangesPerTime: document.num_agents,
       capacity: 0,
       policy,
@@ -51,18 +50,6 @@ class LiveRun {
     this.chooseRanges = policy.start(this);
     this.note();
     this.decide();
-  }
-
-  get spec() {
-    return this.policy.spec;
-  }
-
-  get title() {
-    return this.policy.title;
-  }
-
-  get kind() {
-    return this.policy.kind;
   }
 
   get last() {

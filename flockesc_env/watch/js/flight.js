@@ -20,7 +20,9 @@ class Flight {
 
   newFlock() {
     const { json, seed, start } = this;
-    const arrays = start ? [start.positions, start.velocities].map((text) => new Float64Array(bytesOf(text).buffer)) : [];
+    const arrays = start
+      ? [start.positions, start.velocities].map((text) => new Float64Array(bytesOf(text).buffer))
+      : [];
     return new wasm_bindgen.Flock(json, PER_AGENT, BigInt(start ? 0 : seed), ...arrays);
   }
 
@@ -29,9 +31,4 @@ class Flight {
     if (!this.observers.has(options)) this.observers.set(options, new wasm_bindgen.Observer(this.json, options));
     return this.observers.get(options);
   }
-}
-
-/** The objective of a whole run. */
-function objectiveOf(flight, policy) {
-  return new LiveRun(flight, policy).finish();
 }

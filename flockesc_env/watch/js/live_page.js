@@ -5,7 +5,6 @@
 const MAX_PANELS = 2;
 const AT_ONCE = 200; // ms after a change in which whole runs are played at once; longer ones go on in the background
 const FRAME_BUDGET = 12; // ms of a frame for model steps; a flock that needs more flies slower than in reality
-const REST = 2000; // ms between two flocks of the tour
 
 class LivePage extends Page {
   constructor(content, recordings) {
@@ -14,25 +13,17 @@ class LivePage extends Page {
     this.policies = new PolicyList(content.policies);
     this.policies.headline = content.start.headline;
     this.learned = content.policies.find(({ spec }) => spec === content.start.headline)?.title;
-    this.tour = content.playground?.tour ?? []; // seeds of the flocks that fly one after another at first
-    this.isTouring = false;
     this.isInviting = true; // until the reader has led the predator
     this.trials = new Map(); // objectives of whole runs of this flock, by the text of the policy
     this.steering = new Steering(this);
     this.inspector = new Inspector($("inspector"), () => this.draw());
     this.choice = new Choice(this, content.playground);
     this.player.reach = (time) => this.reach(time, FRAME_BUDGET);
-    this.player.addEventListener("end", () => this.end());
+    this.player.addEventListener("end", () => this.showAll());
     this.controls = new Controls(this);
     setInterval(() => this.work(), 50);
     addEventListener("hashchange", () => this.restore());
-    // The reader's hand ends the tour, and a message goes with the next touch.
-    for (const name of ["pointerdown", "keydown"]) {
-      addEventListener(name, () => {
-        this.isTouring = false;
-        this.say("");
-      }, { capture: true });
-    }
+    for (const name of ["pointerdown", "keydown"]) addEventListener(name, () => this.say(""), { capture: true });
   }
 
   /** Shows the address, after an earlier one: reading files takes time. */
@@ -51,10 +42,10 @@ class LivePage extends Page {
     this.say(problems.join(" "));
     this.flight = this.flightOf(flight) ?? new Flight({ ...flight, agents: null });
     this.changeFlock();
-    for (const panel of this.panels.splice(0)) this.drop(panel);
+    this.inspector.choose(null, null);
+    for (const panel of this.panels.splice(0)) panel.root.remove();
     for (const spec of policies) await this.addPolicy(spec);
     if (!this.panels.length) await this.addPolicy(`fixed:${this.flight.scenario.first}`);
-    this.isTouring = false;
     if (isFirst) this.choice.ask();
     this.begin(isFirst ? 0 : time);
   }
@@ -68,8 +59,7 @@ class LivePage extends Page {
   /** Adds a panel for a policy's text. */
   async addPolicy(spec) {
     const run = await this.runOf(spec).catch((error) => this.say(messageOf(error)));
-    if (!run) return;
-    this.addPanel(run);
+    if (run) this.addPanel(run);
     this.catchUp();
   }
 
@@ -88,11 +78,6 @@ class LivePage extends Page {
   get active() {
     const isFixed = ({ run }) => run.isLive && run.kind === "fixed";
     return this.panels.find(isFixed) ?? this.panels[0];
-  }
-
-  drop(panel) {
-    super.drop(panel);
-    this.inspector.choose(panel, null);
   }
 
   /** Shows another policy in a panel: its run of the same flock, at the present time. */
@@ -161,7 +146,6 @@ class LivePage extends Page {
     this.seek(steps * timeStep);
     if (isSteered && !time) {
       this.player.pause();
-      this.say("Touch the field: the predator follows your finger.");
       $("panels").scrollIntoView({ block: "nearest" });
     } else this.player.play();
   }
@@ -186,20 +170,10 @@ class LivePage extends Page {
     this.best = hasBest ? new LiveRun(this.flight, new FixedRange(scenario.best, scenario)) : null;
   }
 
-  /** Flies the next flock of the tour or, outside the tour, the one with the next seed. */
+  /** Flies the flock with the next seed. */
   next() {
-    const { tour, flight } = this;
-    const at = tour.indexOf(flight.seed);
-    const seed = String((BigInt(flight.seed ?? 0) + 1n) % 2n ** 64n);
-    this.fly({ seed: at < 0 ? seed : tour[(at + 1) % tour.length] });
+    this.fly({ seed: String((BigInt(this.flight.seed ?? 0) + 1n) % 2n ** 64n) });
     this.player.play();
-  }
-
-  /** What happens at the end of a run. */
-  end() {
-    this.showAll();
-    const isOver = () => this.isTouring && this.player.hasEnded && !this.player.isPlaying;
-    if (isOver()) setTimeout(() => isOver() && this.next(), REST);
   }
 
   /** Plays the policy of a panel on the present flock. In another scenario a fixed range becomes the best one there. */
@@ -258,7 +232,10 @@ class LivePage extends Page {
       else this.trials.set(spec, { title, range: run.policy.range ?? null, objective, color });
     }
     this.choice.show();
-    const texts = this.runs.filter(({ isNoted }) => isNoted).map(({ title, objective }) => `${title}: ${objective.toFixed(1)} m`);
+    this.controls.showCode();
+    const texts = this.runs
+      .filter(({ isNoted }) => isNoted)
+      .map(({ title, objective }) => `${title}: ${objective.toFixed(1)} m`);
     $("announcement").textContent = `Lowest mean distance. ${texts.join(", ")}.`;
   }
 
@@ -266,10 +243,13 @@ class LivePage extends Page {
     return this.runs.find(({ isLive, spec }) => isLive && spec === this.best?.spec) ?? this.best;
   }
 
-  /** The address of the present state, with the pointer's path and the reader's guess. */
-  link() {
-    const specs = this.panels.map(({ run }) => run.spec);
-    return writeAddress(this.flight, specs, this.steering.path, this.choice.guess);
+  /** The address of the present state, with the reader's guess. */
+  link(guess = this.choice.guess) {
+    return writeAddress(
+      this.flight,
+      this.runs.map(({ spec }) => spec),
+      guess,
+    );
   }
 
   showAll() {
@@ -285,11 +265,19 @@ class LivePage extends Page {
     super.showTime();
   }
 
+  /** What the field says to a reader who has not led the predator yet, or null. */
+  get invitation() {
+    const { isSteered, scenario } = this.flight;
+    const { time, isPlaying } = this.player;
+    if (isSteered) return isPlaying || this.steering.pointer ? null : "touch: it follows";
+    return this.isInviting && scenario.steered !== null && time >= 3 && time < 6 ? "drag the predator" : null;
+  }
+
   draw(seconds = null) {
     if (!this.flight || !this.panels.length) return; // the page is still reading
     this.look.chosen = this.inspector.at(this.player.time);
     this.look.target = this.flight.isSteered ? this.steering.pointer : null;
-    this.look.invites = this.isInviting && this.flight.scenario.steered !== null && !this.flight.isSteered;
+    this.look.invitation = this.invitation;
     super.draw(seconds);
   }
 }

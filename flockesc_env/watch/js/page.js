@@ -45,16 +45,6 @@ class Page {
     return panel;
   }
 
-  removePanel(panel) {
-    this.panels.splice(this.panels.indexOf(panel), 1);
-    this.drop(panel);
-    this.showAll();
-  }
-
-  drop(panel) {
-    panel.root.remove();
-  }
-
   /** Starts again from the beginning. */
   again() {
     this.player.time = 0;
@@ -77,10 +67,9 @@ class Page {
     chooseColors(runs);
     document.body.dataset.panels = runs.length;
     this.showDuration();
-    this.panels.forEach((panel) => panel.show(this, this.rival));
+    this.panels.forEach((panel) => panel.show(this.rival));
     this.curves.setRuns(runs, this.rival);
     this.describe(runs[0]);
-    this.showKey();
     this.showTime();
   }
 
@@ -110,7 +99,6 @@ class Page {
     const passed = this.player.isPlaying ? Math.min((now - (this.drawn ?? now)) / 1000, 0.2) : 10;
     this.camera.fit(this.window.follow(this.runs, this.player.time, seconds ?? passed));
     this.drawn = now;
-    this.look.numPanels = this.panels.length;
     this.panels.forEach((panel) => panel.draw(this.player.time, this.look));
   }
 
@@ -118,28 +106,12 @@ class Page {
     $("message").textContent = text;
   }
 
-  /** Shows the key of the colors and of the rings. */
-  showKey() {
-    const { rangeUnit, numPredators } = this.runs[0];
-    const colors = Array.from({ length: 9 }, (_, at) => this.look.theme.colorOf((at * COLOR_END) / 8));
-    const ramp = element("i");
-    ramp.style.background = `linear-gradient(to right, ${colors})`;
-    const ring = numPredators === 1 ? "Ring and number: lowest mean distance to the predator so far. Thin: now." : "";
-    $("key").replaceChildren(ring, element("span", {}, "Listens to 0 ", ramp, ` ${COLOR_END} ${rangeUnit} or more`));
-  }
-
-  /** Writes the scenario, the seed and the version. */
+  /** Writes the number of agents, the seed and the version. */
   describe({ document: scenario, seed }) {
-    const seconds = Number((scenario.num_steps * scenario.time_step).toFixed(2));
-    const facts = [
-      `${scenario.num_agents} agents in ${scenario.dimension === 3 ? "space" : "the plane"}`,
-      `${seconds} s in ${scenario.num_steps} steps`,
-      scenario.predators.length ? `agents flee within ${scenario.predator_range} m of a predator` : "no predator",
-      seed === null ? "given start" : `seed ${seed}`,
-      `flockesc-env ${this.versions["flockesc-env"]}`,
-    ];
+    const start = seed === null ? "given start" : `seed ${seed}`;
+    const facts = [`${scenario.num_agents} agents`, start, `flockesc-env ${this.versions["flockesc-env"]}`];
     $("facts").textContent = facts.join(" \u00b7 ");
-    $("lead").hidden = !scenario.predators.length;
+    $("lead").hidden = $("key").hidden = !scenario.predators.length;
   }
 }
 

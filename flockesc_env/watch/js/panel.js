@@ -10,19 +10,13 @@ class Panel {
     this.note = element("span", { className: "note" });
     this.now = element("span", { className: "now-value" });
     this.lowest = element("b", { className: "lowest" });
-    this.close = element(
-      "button",
-      { type: "button", className: "close", ariaLabel: "Remove this flock", title: "Remove this flock" },
-      "\u00d7",
-    );
-    this.close.addEventListener("click", () => page.removePanel(this));
     this.canvas = element("canvas", { tabIndex: 0 });
     this.canvas.setAttribute("role", "img");
     this.listening = element("p", { className: "listening" });
     this.root = element(
       "article",
       { className: "panel" },
-      element("header", {}, this.title, this.note, this.now, this.lowest, this.close),
+      element("header", {}, this.title, this.note, this.now, this.lowest),
       this.canvas,
       this.listening,
     );
@@ -36,12 +30,11 @@ class Panel {
   }
 
   /** Shows the name of the run's policy. `rival`: the run of the best single range, or null. */
-  show(page, rival) {
+  show(rival) {
     const { run } = this;
-    this.scene.rival = rival && rival !== run && areOneFlock([run, rival]) ? rival : null;
+    this.scene.rival = rival && rival !== run && isOneFlock(run, rival) ? rival : null;
     this.title.textContent = this.title.title = run.title;
     this.note.textContent = this.note.title = noteOf(run);
-    this.close.hidden = page.panels.length < 2;
     this.root.style.setProperty("--run", `var(--${run.color})`);
     const keys = run.flight?.isSteered ? "Arrows lead the predator, Escape lets it go." : "Arrows move the view.";
     const agents = run.isLive ? " N shows the next agent, Shift and N the one before." : "";

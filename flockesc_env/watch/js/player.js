@@ -5,7 +5,7 @@
 class Player extends EventTarget {
   constructor() {
     super();
-    Object.assign(this, { time: 0, duration: 0, stop: 0, timeStep: 1, speed: 1, isPlaying: false, isSlow: false });
+    Object.assign(this, { time: 0, duration: 0, stop: 0, timeStep: 1, speed: 1, isPlaying: false });
     this.reach = (time) => time; // the latest time up to this one that can be shown
   }
 
@@ -45,7 +45,6 @@ class Player extends EventTarget {
       const end = this.time < this.stop ? this.stop : this.duration;
       const wanted = Math.min(this.time + passed * this.speed, end);
       const time = this.reach(wanted);
-      this.isSlow = time < wanted - 1e-9;
       if (time >= end) this.isPlaying = false;
       this.seek(time);
       if (this.isPlaying) this.frame = requestAnimationFrame(advance);
@@ -77,8 +76,7 @@ function bindPlayer(player) {
     play.setAttribute("aria-label", player.isPlaying ? "Pause" : "Play");
     Object.assign(scrub, { max: player.duration, step: player.timeStep / 10, value: player.time });
     scrub.setAttribute("aria-valuetext", `${player.time.toFixed(1)} seconds`);
-    const slow = player.isPlaying && player.isSlow ? ", slower than real time" : "";
-    time.textContent = `${player.time.toFixed(1)} of ${Number(player.duration.toFixed(1))} s${slow}`;
+    time.textContent = `${player.time.toFixed(1)} of ${Number(player.duration.toFixed(1))} s`;
   });
   const second = () => Math.max(1, Math.round(1 / player.timeStep));
   const keys = {

@@ -17,17 +17,14 @@ class FixedRange {
 }
 
 // Rules of flockesc_env/policies/rules.py with their default numbers. NumPy compares in float32.
+const leaders = (sensingRange) => ({
+  options: { view: "agent", predator_sensing_range: sensingRange },
+  entry: "predator_direction_ahead",
+  rangeOf: (ahead) => (-ahead > Math.fround(0.8) ? 0 : 10),
+});
 const RULES = {
-  "stubborn-leaders": {
-    options: { view: "agent", predator_sensing_range: null },
-    entry: "predator_direction_ahead",
-    rangeOf: (ahead) => (-ahead > Math.fround(0.8) ? 0 : 10),
-  },
-  "stubborn-leaders-local": {
-    options: { view: "agent", predator_sensing_range: 30 },
-    entry: "predator_direction_ahead",
-    rangeOf: (ahead) => (-ahead > Math.fround(0.8) ? 0 : 10),
-  },
+  "stubborn-leaders": leaders(null),
+  "stubborn-leaders-local": leaders(30),
   "listen-while-fleeing": {
     options: { view: "flock", predator_sensing_range: null },
     entry: "heading_away",
@@ -79,7 +76,6 @@ class PolicyList {
   /** `files`: entries of policy files with their content, `data`. */
   constructor(files) {
     this.files = new Map(files.map((entry) => [entry.spec, entry]));
-    this.loaded = new Map();
   }
 
   /** Returns the policy of a text in a scenario. Raises an error with a message for readers. */
@@ -93,15 +89,13 @@ class PolicyList {
     }
     if (!entry && Object.hasOwn(RULES, spec)) return new Rule(spec);
     if (!entry) throw new Error(`${spec}: this page has no such policy. If it is a file, drop it on the page.`);
-    if (!this.loaded.has(spec)) await this.add(entry, bytesOf(entry.data));
-    return this.loaded.get(spec);
+    return entry.policy ?? this.add(entry, bytesOf(entry.data));
   }
 
   /** Adds the policy of a file's bytes. */
   async add(entry, bytes) {
     const policy = await NetworkPolicy.read(bytes, entry);
-    this.files.set(entry.spec, entry);
-    this.loaded.set(entry.spec, policy);
+    this.files.set(entry.spec, { ...entry, policy });
     return policy;
   }
 

@@ -2,12 +2,7 @@
 
 // Draws one run at one time onto a canvas.
 
-const TRAIL = 0.5; // s of an agent's past
-const DEPTHS = 5; // shades by which agents in space fade with their depth
-const MAX_TRAIL_PARTS = 8000; // of all trails of the page; more are slow
-const TURNS = 72; // directions of the stamps of agents
 const NUMBER_FONT = "bold 16px system-ui, sans-serif";
-const INVITE = { from: 3, until: 6 }; // s: the scene says that the predator can be dragged
 
 /** Returns the shortest offset along an axis in a periodic domain, or the offset itself if `side` is null. */
 function shortest(offset, side) {
@@ -19,7 +14,6 @@ class Scene {
     this.canvas = canvas;
     this.camera = camera;
     this.context = canvas.getContext("2d");
-    this.stamps = new Stamps();
     this.rival = null; // the run of the best single range on the same flock, whose ring is dotted
   }
 
@@ -49,13 +43,12 @@ class Scene {
     if (camera.isSpatial) this.drawShadows();
     this.drawCaught();
     const byColor = this.agentsByColor();
-    this.drawTrails(byColor);
     this.drawAgents(byColor);
     if (!look.asking) this.drawRings();
     else if (look.asking.range !== null) this.drawChosen(this.guessOf(look.asking.range));
     if (look.chosen?.run === run) this.drawChosen(look.chosen);
     if (look.target) this.drawTarget(look.target);
-    if (look.invites && run.isLive && time >= INVITE.from && time < INVITE.until) this.drawInvitation();
+    if (look.invitation && run.isLive) this.drawInvitation(look.invitation);
     drawScaleBar(context, camera, look.theme);
   }
 
@@ -112,41 +105,16 @@ class Scene {
   drawAgents(byColor) {
     const { context, points, marks, camera } = this;
     const size = Math.min(Math.max(3 * camera.pixelsPerMetre, 6.5), 11);
-    const drawMarks = (color, agents) => {
+    for (const [color, agents] of byColor) {
       context.beginPath();
       for (const agent of agents) {
-        const length = (size * points[3 * agent + 2]) / camera.pixelsPerMetre;
-        dart(context, points[3 * agent], points[3 * agent + 1], marks[2 * agent], marks[2 * agent + 1], length);
+        const [x, y, scale] = points.subarray(3 * agent, 3 * agent + 3);
+        const [ux, uy] = marks.subarray(2 * agent, 2 * agent + 2);
+        dart(context, x, y, ux, uy, (size * scale) / camera.pixelsPerMetre);
       }
       context.fillStyle = color;
       context.fill();
-    };
-    if (!camera.isSpatial) {
-      for (const [color, agents] of byColor) {
-        const stamp = this.stamps.of(color, size);
-        for (const agent of agents) {
-          stamp(context, points[3 * agent], points[3 * agent + 1], marks[2 * agent], marks[2 * agent + 1]);
-        }
-      }
-      return;
     }
-    const depths = this.depthsOfAgents();
-    for (let depth = 0; depth < DEPTHS; depth++) {
-      context.globalAlpha = 0.5 + (0.5 * depth) / (DEPTHS - 1);
-      for (const [color, agents] of byColor)
-        drawMarks(
-          color,
-          agents.filter((agent) => depths[agent] === depth),
-        );
-    }
-  }
-
-  /** From 0 for the farthest agents to DEPTHS - 1 for the nearest, by their pixels per metre. */
-  depthsOfAgents() {
-    const scales = this.points.filter((_, at) => at % 3 === 2);
-    const far = scales.reduce((a, b) => Math.min(a, b));
-    const near = scales.reduce((a, b) => Math.max(a, b));
-    return scales.map((scale) => Math.min(Math.floor((DEPTHS * (scale - far)) / (near - far || 1)), DEPTHS - 1));
   }
 
   /** Draws a dot on the floor below every agent. */
@@ -161,34 +129,6 @@ class Scene {
       const at = 3 * (moment.step * numAgents + agent);
       camera.project(positions[at], positions[at + 1], camera.box.low[2], out);
       context.fillRect(out[0] - 1, out[1] - 1, 2, 2);
-    }
-    context.globalAlpha = 1;
-  }
-
-  drawTrails(byColor) {
-    const { context, moment } = this;
-    const { positions, numAgents, timeStep, document } = this.run;
-    const parts = Math.ceil(MAX_TRAIL_PARTS / (numAgents * this.look.numPanels));
-    const length = Math.min(Math.round(TRAIL / timeStep), parts);
-    const border = (document.periodic_side ?? Infinity) / 2; // m: a longer step is one to the other side of the world
-    const first = Math.max(0, moment.step - length);
-    const out = [0, 0, 0];
-    context.globalAlpha = 0.35;
-    context.lineWidth = 1;
-    for (const [color, agents] of byColor) {
-      context.beginPath();
-      for (const agent of agents) {
-        let [x, y] = [this.points[3 * agent], this.points[3 * agent + 1]];
-        context.moveTo(x, y);
-        for (let step = moment.step; step >= first; step--) {
-          this.projectBetween(positions, numAgents, agent, step, 0, out);
-          if (Math.hypot(out[0] - x, out[1] - y) > border * out[2]) context.moveTo(out[0], out[1]);
-          else context.lineTo(out[0], out[1]);
-          [x, y] = out;
-        }
-      }
-      context.strokeStyle = color;
-      context.stroke();
     }
     context.globalAlpha = 1;
   }
@@ -219,20 +159,15 @@ class Scene {
   }
 
   drawNumber(text, x, y, color) {
-    const { context, look } = this;
-    Object.assign(context, { fillStyle: look.theme.ground, font: NUMBER_FONT, textAlign: "center", textBaseline: "middle" });
-    const { width } = context.measureText(text);
-    context.globalAlpha = 0.85;
-    context.fillRect(x - width / 2 - 3, y - 10, width + 6, 20);
-    Object.assign(context, { globalAlpha: 1, fillStyle: color });
-    context.fillText(text, x, y);
+    label(this.context, text, x, y, color, NUMBER_FONT, this.look.theme);
   }
 
   /** Says that the reader can take the predator. */
-  drawInvitation() {
+  drawInvitation(text) {
     const [x, y] = this.predatorPixels(0);
     this.drawTarget(this.camera.unproject(x, y), 18);
-    this.drawNumber("drag the predator", x, y + 34, this.look.theme.predator);
+    const middle = Math.min(Math.max(x, 80), this.camera.width - 80);
+    this.drawNumber(text, middle, y + (y < this.camera.height - 50 ? 34 : -34), this.look.theme.predator);
   }
 
   /** Draws a circle of some pixels, for example where the reader points. */
@@ -268,7 +203,12 @@ class Scene {
     ring(run.meanDistance[moment.step], color, 0.75);
     if (rival) ring(rival.lowestMean[Math.min(moment.step, rival.last)], look.theme.ink, 1.5, [2, 5]);
     ring(lowest, color, 2.5);
-    const sides = [[0, 1], [1, 0], [0, -1], [-1, 0]].map(([dx, dy]) => [x + dx * lowest * scale, y + dy * lowest * scale]);
+    const sides = [
+      [0, 1],
+      [1, 0],
+      [0, -1],
+      [-1, 0],
+    ].map(([dx, dy]) => [x + dx * lowest * scale, y + dy * lowest * scale]);
     const isInside = ([at, height]) => at > 30 && at < camera.width - 30 && height > 16 && height < camera.height - 16;
     const side = sides.find(isInside);
     if (side) this.drawNumber(`${lowest.toFixed(0)} m`, ...side, color);
@@ -332,10 +272,11 @@ class Scene {
       context.globalAlpha = 1;
       const from = project(Math.max(moment.step - 1, 0), 0);
       const to = project(Math.min(Math.max(moment.step, 1), run.last), 0);
-      const length = Math.hypot(to[0] - from[0], to[1] - from[1]) || 1;
+      const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+      const length = Math.hypot(dx, dy);
       context.beginPath();
       const size = (13 * scale) / camera.pixelsPerMetre;
-      dart(context, x, y, (to[0] - from[0]) / length, (to[1] - from[1]) / length, size);
+      dart(context, x, y, length ? dx / length : 1, length ? dy / length : 0, size);
       context.fill();
     }
   }
@@ -351,39 +292,4 @@ function dart(context, x, y, ux, uy, length) {
   context.lineTo(x - 0.25 * dx, y - 0.25 * dy);
   context.lineTo(x - 0.5 * dx - wx, y - 0.5 * dy - wy);
   context.closePath();
-}
-
-/** Marks of agents in every direction and color, drawn once: copies of a picture are faster than paths. */
-class Stamps {
-  constructor() {
-    this.strips = new Map();
-  }
-
-  /** A function that draws a mark of a color and a length at a pixel, in the direction (ux, uy). */
-  of(color, length) {
-    const density = window.devicePixelRatio || 1;
-    const side = 2 * Math.ceil(length * density * 0.8) + 2; // px of the canvas
-    if (this.side !== side) this.strips.clear(); // the reader zooms
-    this.side = side;
-    if (!this.strips.has(color)) this.strips.set(color, stripOf(color, length * density, side));
-    const strip = this.strips.get(color);
-    const size = side / density;
-    return (context, x, y, ux, uy) => {
-      const turn = Math.round((Math.atan2(uy, ux) / (2 * Math.PI)) * TURNS + TURNS) % TURNS;
-      context.drawImage(strip, turn * side, 0, side, side, x - size / 2, y - size / 2, size, size);
-    };
-  }
-}
-
-function stripOf(color, length, side) {
-  const strip = element("canvas", { width: TURNS * side, height: side });
-  const context = strip.getContext("2d");
-  context.fillStyle = color;
-  context.beginPath();
-  for (let turn = 0; turn < TURNS; turn++) {
-    const angle = (2 * Math.PI * turn) / TURNS;
-    dart(context, (turn + 0.5) * side, side / 2, Math.cos(angle), Math.sin(angle), length);
-  }
-  context.fill();
-  return strip;
 }
