@@ -84,8 +84,15 @@ def listening(ranges: FloatArray, unit: str) -> list[tuple[str, float]]:
     top = float(ranges.max())
     if top < SILENT or np.ptp(ranges) == 0:
         return [(f"all listen to {f'{top:.3g} {unit}' if top else 'nobody'}", top)]
-    far, silent = (round(100 * float(which.mean())) for which in (ranges >= 0.95 * top, ranges < SILENT))
-    return [(f"{far} of 100 listen to {top:.3g} {unit}", top), (f"{silent} to nobody", 0.0)]
+    is_far, is_silent = ranges >= 0.95 * top, ranges < SILENT
+    far, silent = (round(100 * float(which.mean())) for which in (is_far, is_silent))
+    pieces = [(f"{far} of 100 listen to {top:.3g} {unit}", top), (f"{silent} to nobody", 0.0)]
+    between = ranges[~is_far & ~is_silent]
+    return (
+        [*pieces, ("others between", float(np.median(between)))]
+        if len(between) >= 0.05 * len(ranges)
+        else pieces
+    )
 
 
 def initial_region(scenario: FlockScenario) -> FloatArray:

@@ -5,22 +5,24 @@
 
 /** Shows a table of one row per policy. `means`: over many flocks, or null. */
 function showAnswer(page, means, { guess, friend }) {
-  const { flight, panels, steering } = page;
-  const runs = panels.map(({ run }) => run).filter((run) => run.isLive && run.numPredators > 0);
+  const { flight, steering } = page;
+  const isHere = (run) => run.numPredators > 0 && run.seed === (flight.start ? null : flight.seed); // or a recording
+  const runs = page.runs.filter((run) => isHere(run) && (run.isLive || !flight.isSteered));
   $("answer").hidden = !runs.length;
   const meters = (value) => (Number.isFinite(value) ? value.toFixed(1) : "");
   if (flight.isSteered) {
-    const tries = runs.map((run) => [run, steering.triesAgainst(run.policy)]);
-    const rows = tries.map(([run, { straight, now, best }]) => [
-      run,
-      meters(straight),
-      meters(now ?? NaN),
-      meters(best),
-    ]);
+    const rows = runs.map((run) => {
+      const { straight, now, best } = steering.triesAgainst(run.policy);
+      return [run, ...[straight, now, best].map(meters)];
+    });
     const note = "You are the predator: lead it nearer than the straight line comes. Lowest mean distance, in m.";
     return fillAnswer(["Against", "straight", "you", "best try"], rows, note);
   }
-  const shown = new Map(runs.map(({ spec, title, color }) => [spec, { title, color }]));
+  const shown = new Map(
+    runs.map(({ spec, title, color, isLive, lowestMean, last }) => {
+      return [spec, { title, color, recorded: isLive ? null : lowestMean[last] }];
+    }),
+  );
   const add = (range, title, color) => {
     const spec = `fixed:${range}`;
     if (range !== null && !shown.has(spec)) shown.set(spec, { title: `${title}: ${range} m`, color });
@@ -38,12 +40,12 @@ function showAnswer(page, means, { guess, friend }) {
     return means.fixed[means.ranges.findIndex((range) => spec === `fixed:${range}`)] ?? null;
   };
   const rows = [...shown]
-    .map(([spec, { title, color }]) => {
+    .map(([spec, { title, color, recorded }]) => {
       const mean = means && meanOf(spec);
       const bar = element("i", { className: "mean" });
       bar.style.width = `${mean ? mean.mean : 0}%`;
       const number = element("b", {}, meters(mean?.mean));
-      const flock = meters(page.trials.get(spec)?.objective);
+      const flock = meters(recorded ?? page.trials.get(spec)?.objective);
       return { value: mean?.mean ?? 0, row: [{ title, color }, flock, ...(means ? [[bar, number]] : [])] };
     })
     .sort((a, b) => a.value - b.value)
@@ -58,9 +60,8 @@ function showAnswer(page, means, { guess, friend }) {
 /** `rows`: a title and a color, and the contents of the other cells. */
 function fillAnswer(heads, rows, note) {
   const cells = rows.map(([{ title, color }, ...others]) => {
-    const head = element("th", { scope: "row" }, title);
-    head.style.setProperty("--run", `var(--${color})`);
-    const row = element("tr", {}, head, ...others.map((content) => element("td", {}, ...[content].flat())));
+    const data = others.map((content) => element("td", {}, ...[content].flat()));
+    const row = element("tr", {}, element("th", { scope: "row" }, title), ...data);
     row.style.setProperty("--run", `var(--${color})`);
     return row;
   });

@@ -165,7 +165,7 @@ function endsAt({ positions, predators, numAgents, numPredators, dimension, docu
   return { low, high };
 }
 
-/** Connects the camera to dragging, two fingers, ctrl + wheel, double click and the keys of a canvas. */
+/** Connects the camera to dragging, two fingers, ctrl + wheel and the keys of a canvas. */
 function bindCamera(canvas, camera, redraw) {
   const fingers = new Map();
   canvas.addEventListener("pointerdown", (event) => {
@@ -212,10 +212,6 @@ function bindCamera(canvas, camera, redraw) {
     event.preventDefault();
     event.stopPropagation(); // the arrows step through time elsewhere
     keys[event.key]();
-    redraw();
-  });
-  canvas.addEventListener("dblclick", () => {
-    camera.reset();
     redraw();
   });
 }

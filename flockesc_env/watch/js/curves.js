@@ -14,7 +14,7 @@ function polarizationAt({ headings, numAgents, dimension }, step) {
 
 class Curves {
   constructor(container, player) {
-    Object.assign(this, { player, runs: [], rival: null });
+    this.player = player;
     this.title = element("h2");
     this.key = element("p");
     this.chart = element("div", { className: "chart" });
@@ -33,15 +33,12 @@ class Curves {
     this.chart.addEventListener("pointermove", (event) => this.chart.hasPointerCapture(event.pointerId) && seek(event));
   }
 
-  /** Shows runs. `rival`: a run whose lowest mean distance is dotted, or null. */
-  setRuns(runs, rival) {
-    Object.assign(this, { runs, rival });
-    this.update();
-  }
-
-  /** Shows the frames that the runs have got. A scenario without predators has no distances. */
-  update() {
-    const { runs, rival, player } = this;
+  /**
+   * Shows the frames that runs have got. `rival`: a run whose lowest mean distance is dotted, or null. A scenario without
+   * predators has no distances.
+   */
+  show(runs, rival) {
+    const { player } = this;
     const hasPredators = runs[0].numPredators > 0;
     const points = (run, valueAt) => {
       const stride = Math.ceil((run.last + 1) / MOST_POINTS);

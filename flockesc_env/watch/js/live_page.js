@@ -216,7 +216,7 @@ class LivePage extends Page {
     this.progress = progress;
     this.showDuration();
     this.noteTrials();
-    this.curves.update();
+    this.curves.show(this.runs, this.rival);
   }
 
   /** Keeps the objectives of whole runs. */

@@ -68,7 +68,7 @@ class Page {
     document.body.dataset.panels = runs.length;
     this.showDuration();
     this.panels.forEach((panel) => panel.show(this.rival));
-    this.curves.setRuns(runs, this.rival);
+    this.curves.show(runs, this.rival);
     this.describe(runs[0]);
     this.showTime();
   }

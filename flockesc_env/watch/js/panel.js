@@ -68,10 +68,13 @@ function listening(run, step) {
   if (top < SILENT || ranges.every((range) => range === top))
     return [[`all listen to ${top ? `${far} ${run.rangeUnit}` : "nobody"}`, top]];
   const of100 = (test) => Math.round((100 * ranges.filter(test).length) / ranges.length);
-  return [
+  const between = ranges.filter((range) => range >= SILENT && range < 0.95 * top).sort((a, b) => a - b);
+  const pieces = [
     [`${of100((range) => range >= 0.95 * top)} of 100 listen to ${far} ${run.rangeUnit}`, top],
     [`${of100((range) => range < SILENT)} to nobody`, 0],
   ];
+  if (between.length >= 0.05 * ranges.length) pieces.push(["others between", between[between.length >> 1]]);
+  return pieces;
 }
 
 /** What a reader must know of a run besides its policy: where it was trained, how its agents see, and its seed. */
