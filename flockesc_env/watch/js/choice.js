@@ -88,6 +88,9 @@ class Choice {
     const dots = [...trials.values()].filter((each) => each.range !== null);
     this.showMeans(dots, this.meansOf(flight));
     showAnswer(page, this.meansOf(flight), this);
+    const ended = page.runs.filter(({ isNoted }) => isNoted);
+    const texts = ended.map(({ title, objective }) => `${title}: ${objective.toFixed(1)} m`);
+    $("announcement").textContent = `Lowest mean distance. ${texts.join(", ")}.`;
   }
 
   /** The means over many flocks, where they hold: in the scenario of the playground as it is. */

@@ -42,11 +42,11 @@ class LivePage extends Page {
     this.say(problems.join(" "));
     this.flight = this.flightOf(flight) ?? new Flight({ ...flight, agents: null });
     this.changeFlock();
+    if (isFirst) this.choice.ask();
     this.inspector.choose(null, null);
     for (const panel of this.panels.splice(0)) panel.root.remove();
     for (const spec of policies) await this.addPolicy(spec);
     if (!this.panels.length) await this.addPolicy(`fixed:${this.flight.scenario.first}`);
-    if (isFirst) this.choice.ask();
     this.begin(isFirst ? 0 : time);
   }
 
@@ -233,10 +233,6 @@ class LivePage extends Page {
     }
     this.choice.show();
     this.controls.showCode();
-    const texts = this.runs
-      .filter(({ isNoted }) => isNoted)
-      .map(({ title, objective }) => `${title}: ${objective.toFixed(1)} m`);
-    $("announcement").textContent = `Lowest mean distance. ${texts.join(", ")}.`;
   }
 
   get rival() {
