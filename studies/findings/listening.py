@@ -14,18 +14,17 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import BasePolicy
+from flockesc_env.render.frames import SILENT
 from flockesc_env.render.palette import LIGHT
 from studies.findings.controls import watch
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, policy_of, share_of
 from studies.style import subplots
-from training.figure_style import RANGES
+from training.figure_style import RANGES, label_ends
 
 FLOCKS: Final = 50
 WATCHED: Final = ("per-agent-local", "per-agent-visible")
 """Tasks with a picture of the ranges that their headline policy sets; every agent sets its own."""
-
-SILENT: Final = 1.0  # range in m below which an agent does not listen: it hardly ever has a neighbor
 
 _HEADINGS = {1.0: "away from it", 0.5: "60° off", 0.0: "90° off", -0.5: "120° off", -1.0: "toward it"}
 """Labels of cosines between an agent's heading and the direction away from the predator."""
@@ -104,7 +103,7 @@ def silence(file: Path) -> Silence:
 
 
 def ranges_figure(file: Path, *, by_place: bool) -> Figure:
-    """Draw the mean range by predator distance and heading, or the ranges of the agents against time."""
+    """Draw the mean range by predator distance and heading, or the share of agents that listen over time."""
     kept = read_npz(file, "ranges")
     figure, axes = subplots(3.6)
     if by_place:
@@ -115,13 +114,16 @@ def ranges_figure(file: Path, *, by_place: bool) -> Figure:
         axes.set(xlabel="distance to the predator (m)", ylabel="heading relative to the predator")
         axes.set_yticks([*_HEADINGS], _HEADINGS.values())
         return figure
-    times = kept["times"]
-    low, _, median, _, high = kept["quantiles"]
+    times, silent = kept["times"], 100 * kept["silent"]
     edges = np.append(times, 2 * times[-1] - times[-2])
-    axes.stairs(high, edges, baseline=low, fill=True, color=LIGHT.learned, alpha=0.2, lw=0)
-    axes.stairs(median, edges, baseline=None, color=LIGHT.learned, lw=2)
-    axes.set_title("Range over time, predator visible within 30 m: median, and 10 to 90 % of the agents")
-    axes.set(xlabel="time (s)", ylabel="interaction range (m)", xlim=(0, edges[-1]), ylim=(0, None))
+    axes.stairs(silent, edges, fill=True, color=LIGHT.ranges[0])
+    axes.stairs(np.full(len(times), 100), edges, baseline=silent, fill=True, color=LIGHT.ranges[-1])
+    axes.set_title(f"Who listens, predator visible within 30 m; nobody: a range below {SILENT:g} m")
+    axes.set(xlabel="time (s)", ylabel="agents (%)", xlim=(0, edges[-1]), ylim=(0, 100))
+    ends = [(silent[-1] / 2, "listen to nobody"), (50 + silent[-1] / 2, "listen to others")]
+    label_ends(
+        axes, [(float(y), text, color) for (y, text), color in zip(ends, LIGHT.ranges[::4], strict=True)]
+    )
     return figure
 
 
