@@ -142,9 +142,6 @@ def rollout_line(
     num_threads: int | None,
     report: _Report,
 ) -> _Columns: ...
-def scan_flock(
-    scenarios: list[str], interaction_range: float, seeds: _Seeds, num_threads: int | None, report: _Report
-) -> _Floats: ...
 def sweep_flock(
     scenario: str, ranges: _Floats, seeds: _Seeds, num_threads: int | None, report: _Report
 ) -> _Columns: ...

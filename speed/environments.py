@@ -128,6 +128,10 @@ def steps(
     return Candidate(name, run, count, case={"agents": agents, "flocks": flocks})
 
 
+def _flock(name: str, flock: Flock, agents: int) -> Candidate:
+    return steps(name, partial(flock.set_state, flock.get_state()), partial(flock.step, RANGE), agents=agents)
+
+
 def own_parts(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa: ARG001
     """Compare a model step with and without each example."""
     page, own = Path("docs/your-own-parts.md").read_text("utf-8"), dict[str, Any]()
@@ -136,9 +140,8 @@ def own_parts(_: list[Peer], *, quick: bool) -> Iterator[Comparison]:  # noqa: A
     for size, names in ((AGENTS, ("wall", "keep_distance")), (10_000, ("wall",))):
         scenario = FlockScenario(num_agents=size, initial_side=100 * (size / AGENTS) ** 0.5)
         forces = {"no force": None, **{name: own[name] for name in names}}
-        flocks = {name: Flock(scenario, seed=0, extra_force=force) for name, force in forces.items()}
-        entries = [steps(name, None, partial(each.step, RANGE), agents=size) for name, each in flocks.items()]
-        yield Comparison(entries, "model step")
+        flocks = {name: Flock(scenario, seed=0, num_threads=1, extra_force=f) for name, f in forces.items()}
+        yield Comparison([_flock(name, each, size) for name, each in flocks.items()], "model step")
     options: dict[str, Any] = {**EVERY_STEP, "action_mode": "range"}
     flock, chased = gymnasium.make(ID, **options), FlockScenario().with_learned_predators()
     for envs in (

@@ -1,24 +1,22 @@
 """Figures of a comparison: one flock over time, one flock under attack."""
 
-from itertools import cycle, islice
+from itertools import cycle, islice, pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from flockesc_env.models import Trajectory
-from flockesc_env.render.frames import policy_title
+from flockesc_env.render.frames import SILENT, policy_title
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.objectives import ObjectiveSpec
 from training.figure_style import RANGES, WIDTH, draw_predator, label_ends, save_figure
 
 Run = tuple[str, Trajectory]
 """Name of a policy, and the run of the flock under it."""
-
-LISTENS = 1.0
-"""Range in m from which on an agent listens; below, it hardly ever has a neighbor."""
 
 
 def _colors(count: int) -> list[str]:
@@ -33,13 +31,15 @@ def _title(name: str, place: int, count: int) -> str:
 
 
 def flock_over_time(runs: list[Run], objective: ObjectiveSpec, folder: Path) -> Path:
-    """Draw the objective's value and the share of agents that listen against time; return the file."""
+    """Draw the objective so far, and how far agents listen under the last policy; return the file."""
     figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
     above, below = figure.subplots(2, sharex=True, height_ratios=(3, 2))
-    ends, shares = [], []
+    ends = []
     for place, ((name, trajectory), color) in enumerate(zip(runs, _colors(len(runs)), strict=True)):
         title, values = _title(name, place, len(runs)), getattr(trajectory, objective.series)
-        above.plot(trajectory.times, values, color=color, lw=2)
+        lowest = np.minimum.accumulate(values)
+        above.plot(trajectory.times, values, color=color, lw=0.7)
+        above.plot(trajectory.times, lowest, color=color, lw=2)
         at = int(np.argmin(values))
         above.plot(trajectory.times[at], values[at], "o", color=color)
         above.annotate(
@@ -50,20 +50,27 @@ def flock_over_time(runs: list[Run], objective: ObjectiveSpec, folder: Path) -> 
             ha="right" if place else "center",
             color=color,
         )
-        ends.append((float(values[-1]), title, color))
-        share = 100 * (trajectory.interaction_ranges >= LISTENS).mean(axis=1)
-        below.stairs(share, trajectory.times, baseline=None, color=color, lw=2)
-        shares.append((float(share[-1]), title, color))
+        ends.append((float(lowest[-1]), title, color))
+    name, trajectory = runs[-1]
+    top = max(float(trajectory.interaction_ranges.max()), 5 * SILENT)
+    edges = np.array([0, SILENT, top / 4, top / 2, top])
+    bins = np.digitize(trajectory.interaction_ranges, edges[1:-1])
+    base, bands = np.zeros(len(bins)), []
+    for index, (start, end) in enumerate(pairwise(edges)):
+        share, color = 100 * (bins == index).mean(axis=1), to_hex(RANGES(end / top if index else 0.0))
+        below.stairs(base + share, trajectory.times, baseline=base, fill=True, color=color)
+        bands.append((base[-1] + share[-1] / 2, f"{start:.3g} to {end:.3g} m" if index else "nobody", color))
+        base = base + share
     above.margins(x=0, y=0.2)
     above.set_ylabel(objective.with_unit(objective.label))
-    above.set_title(f"One flock (seed {runs[0][1].seed}); the dot is the objective {objective.symbol}")
-    below.set_ylabel("agents that listen (%)")
-    below.set_title(f"Share of agents whose range is {LISTENS:g} m or more")
+    above.set_title(f"One flock (seed {runs[0][1].seed}): {objective.symbol} so far; thin: the value now")
+    below.set_ylabel("agents (%)")
+    below.set_title(f"How far agents listen: {_title(name, len(runs) - 1, len(runs))}")
     below.set_xlabel("time (s)")
-    below.set_ylim(0, 104)
+    below.set_ylim(0, 100)
     below.margins(x=0)
     label_ends(above, ends)
-    label_ends(below, shares, gap=0.12)
+    label_ends(below, bands, gap=0.12)
     return save_figure(figure, folder / "flock_over_time")
 
 

@@ -42,7 +42,6 @@ BEST_RANGE = 12.0
 """The best fixed range for J_mean in the paper's flock, in m (results/scoreboard/README.md)."""
 
 _PAGE, _VIDEOS = ".html", (".mp4", ".gif")
-_GROUP = "given files"
 _DEFAULT = (f"fixed:{BEST_RANGE:g}", "stubborn-leaders")
 
 _MEANINGS = {
@@ -296,9 +295,7 @@ def _policy_page(
     runs = [run for spec, run in zip(specs, played, strict=True) if spec is None]
     recordings = (f"recording:{index}" for index in range(len(runs)))
     shown = [spec or next(recordings) for spec in specs]
-    networks = [
-        file_document(path, spec, _GROUP) for spec in shown if (path := policy_file(spec)) is not None
-    ]
+    networks = [file_document(path, spec) for spec in shown if (path := policy_file(spec)) is not None]
     name, documents = scenario_documents(scenario, {"paper-flock": BEST_RANGE})
     start = {
         "scenario": name,

@@ -1,4 +1,4 @@
-"""The command ``flockesc sweep``: grid search over fixed interaction ranges."""
+"""The commands sweep and scan: a search over fixed ranges, and measures against numbers of a scenario."""
 
 import os
 from collections.abc import Sequence
@@ -8,19 +8,30 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from tyro.conf import arg
+from tyro.conf import UseAppendAction, arg
 
 from flockesc_env.cli.flags import BACKEND, Json, Progress, ScenarioFlags, Seeds, Threads, described, optional
 from flockesc_env.cli.output import Exit, check_output, note, saving, table
-from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats, as_seed, as_threads
+from flockesc_env.common.array_files import PICTURES, TABLES, origin, write_result
+from flockesc_env.common.checks import (
+    FloatArray,
+    as_choice,
+    as_count,
+    as_floats,
+    as_seed,
+    as_threads,
+    parse_number,
+)
 from flockesc_env.common.errors import InputError
-from flockesc_env.common.extras import MissingExtraError, figure_style, require
-from flockesc_env.common.files import atomic_write, suffix_of
+from flockesc_env.common.extras import MissingExtraError, require
+from flockesc_env.common.files import suffix_of
 from flockesc_env.common.progress import progress_bar
 from flockesc_env.jobs import Arrays, Cache, find_backend
 from flockesc_env.jobs import run as run_all
 from flockesc_env.jobs.sweeps import OUTCOMES, joined, outcomes_of, seed_jobs
 from flockesc_env.models import records
+from flockesc_env.models.scan import NAMES as MEASURES
+from flockesc_env.models.scan import scan as run_scan
 from flockesc_env.models.sweep import RESULTS, SweepResult, sweep
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -28,10 +39,17 @@ from flockesc_env.scenario.objectives import OBJECTIVES, ObjectiveSpec
 from flockesc_env.scenario.options import EnvOptions, LineOptions
 from flockesc_env.scenario.presets import Scenario
 
-_TABLES, _PICTURES = (".parquet", ".csv"), (".png", ".svg", ".pdf")
-
 GRID_SIZE = 21
 """Number of ranges in the default grid."""
+
+_Output = Annotated[
+    Path | None,
+    *optional(
+        "file for a table with one row per run (.parquet, .csv) or for a curve with its interval (.png, .svg,"
+        " .pdf); needs the analysis extra",
+        "none",
+    ),
+]
 
 
 def run(
@@ -62,14 +80,7 @@ def run(
             metavar=f"{{{','.join(spec.name for spec in OBJECTIVES)}}}",
         ),
     ] = None,
-    output: Annotated[
-        Path | None,
-        *optional(
-            "file for a table with one row per run (.parquet, .csv) or for the curve with its interval (.png,"
-            " .svg, .pdf); needs the analysis extra",
-            "none",
-        ),
-    ] = None,
+    output: _Output = None,
     num_threads: Threads = None,
     backend: Annotated[str | None, *optional(BACKEND, "threads of this process", "BACKEND")] = None,
     cache: Annotated[
@@ -86,8 +97,8 @@ def run(
 
     Example: flockesc sweep --max-range 50 --seeds 0:100 --output sweep.parquet
     """
-    check_output(output, [*_TABLES, *_PICTURES])
-    is_picture = output is not None and suffix_of(output) in _PICTURES
+    check_output(output, [*TABLES, *PICTURES])
+    is_picture = output is not None and suffix_of(output) in PICTURES
     if output is not None:
         require("analysis", ["matplotlib", "scipy"] if is_picture else ["polars"])
     chosen = scenario.build()
@@ -139,7 +150,8 @@ def run(
     unit = chosen.range_unit
     with saving(document if json else _table(document, spec, unit)):
         if output is not None:
-            _write(result, objective_, output)
+            found = result.plot(objective_) if is_picture else result.table()
+            write_result(output, found, origin(chosen.to_json(), result.seeds))
             note(f"saved: {output}")
     return Exit.INTERRUPTED if is_interrupted else Exit.DONE
 
@@ -176,19 +188,6 @@ def _in_chunks(
             part = sweep(scenario, ranges, seeds[start : start + size], num_threads=threads, progress=runs)
             parts.append(outcomes_of(part))
     return parts
-
-
-def _write(result: SweepResult, objective: str, path: Path) -> None:
-    suffix = suffix_of(path)
-    if suffix == ".parquet":
-        result.to_parquet(path)
-        return
-    with atomic_write(path) as file:
-        if suffix in _PICTURES:
-            with figure_style():
-                result.plot(objective).savefig(file, format=suffix[1:], dpi=150)
-        else:
-            result.table().write_csv(file)
 
 
 def _intervals(
@@ -243,3 +242,78 @@ def _table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: str) 
         oracle = f"{document['hindsight_oracle']:.4f} {objective.unit}".rstrip()
         lines.append(f"{found}; objective with the best range of every seed: {oracle}")
     return lines
+
+
+def scan(
+    scenario: ScenarioFlags,
+    *,
+    interaction_range: Annotated[
+        tuple[float, ...], arg(help="range in m, or one per value", metavar="FLOAT ..")
+    ],
+    values: Annotated[
+        UseAppendAction[tuple[str, ...]],
+        arg(
+            help="values of a field, such as angular_noise=1,2,3; repeat it for fields that change together",
+            metavar="PATH=FLOAT,..",
+            help_behavior_hint="(default: no changes)",
+        ),
+    ] = (),
+    seeds: Annotated[Seeds, arg(help="seeds of the flocks, STOP excluded")] = range(10),
+    measures: Annotated[
+        tuple[str, ...], arg(help=f"what to measure: {', '.join(MEASURES)}", metavar="NAME ..")
+    ] = ("polarization",),
+    skip: Annotated[int, arg(help="number of steps before the first time that counts")] = 0,
+    every: Annotated[int, arg(help="number of steps between times that count")] = 1,
+    output: _Output = None,
+    num_threads: Threads = None,
+    progress: Progress = False,
+    json: Json = False,
+) -> Exit:
+    """Measure a flock against fields of its scenario, or its range.
+
+    Prints means with 95 % intervals, fluctuations and autocorrelation times.
+
+    Needs the analysis extra.
+
+    Example: flockesc scan --interaction-range 10 --values speed=5,10,20
+    """
+    check_output(output, [*TABLES, *PICTURES])
+    require("analysis", ["matplotlib", "polars", "scipy"])
+    chosen: Any = scenario.build()
+    given = dict(_values(each) for each in values)
+    rho = interaction_range if len(interaction_range) > 1 else interaction_range[0]
+    total = len(seeds) * len(next(iter(given.values()), interaction_range))
+    options: dict[str, Any] = {"measures": measures, "skip": skip, "every": every}
+    with progress_bar("Scan", total, always=progress) as bar:
+        result = run_scan(chosen, given, rho, seeds, num_threads=num_threads, progress=bar, **options)
+    lines, measured = list[str](), {}
+    for name in result.series:
+        columns = {**result.values, **result.summary(name)}
+        rows = np.transpose([*columns.values()]).tolist()
+        lines += [name, *table([*columns], [[f"{each:.4g}" for each in row] for row in rows])]
+        measured[name] = {column: each.tolist() for column, each in columns.items()}
+        if notes := result.notes(name):
+            note("runs are shorter than ten autocorrelation times:", *notes)
+    document = {
+        "command": "scan",
+        **described(chosen),
+        "seeds": {"start": seeds.start, "stop": seeds.stop},
+        **options,
+        "measured": measured,
+        "output": None if output is None else str(output),
+        "versions": records.versions(),
+    }
+    with saving(document if json else lines):
+        if output is not None:
+            found = result.plot() if suffix_of(output) in PICTURES else result.table()
+            write_result(output, found, origin(chosen.to_json(), result.seeds))
+            note(f"saved: {output}")
+    return Exit.DONE
+
+
+def _values(change: str) -> tuple[str, list[float]]:
+    path, _, text = change.partition("=")
+    try:
+        return path, [parse_number(number, float) for number in text.split(",")]
+    except ValueError:
+        raise InputError("values", "PATH=NUMBER,NUMBER,..", repr(change)) from None

@@ -97,10 +97,7 @@ def compare(
     task: Annotated[str | None, *optional("name of a task; flockesc tasks lists them", "none")] = None,
     scenario: Annotated[
         str | None,
-        *optional(
-            "preset or scenario file; with --task one of its scenarios",
-            "that of the task or policy",
-        ),
+        *optional("preset or scenario file; with --task one of its scenarios", "that of the task or policy"),
     ] = None,
     flocks: Annotated[int, arg(help="number of held-out flocks, or lines")] = 200,
     objective: Annotated[str | None, *optional("objective, without --task", "that of the policy")] = None,

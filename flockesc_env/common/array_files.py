@@ -1,4 +1,4 @@
-"""Reading and writing of files of arrays (npz) and tables (Parquet).
+"""Reading and writing of files of arrays (npz), tables (Parquet, CSV) and figures of results.
 
 Reading executes no code from the file (no pickle) and checks the sizes in headers before it loads arrays.
 Damaged files raise ``InputError``; ``expected`` is the expected kind of file in its message.
@@ -6,29 +6,33 @@ Damaged files raise ``InputError``; ``expected`` is the expected kind of file in
 
 import json
 import math
+import shlex
+import sys
 import zipfile
 from collections.abc import Mapping
 from io import BytesIO
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any, Final, cast
 
 import msgspec
 import numpy as np
 from numpy.lib import format as npy
 from numpy.typing import NDArray
 
+from flockesc_env._core import __version__
 from flockesc_env.common.checks import parse_json
 from flockesc_env.common.errors import InputError
-from flockesc_env.common.files import atomic_write
+from flockesc_env.common.extras import figure_style
+from flockesc_env.common.files import atomic_write, suffix_of
 
 if TYPE_CHECKING:  # of the extra analysis
     import polars as pl
+    from matplotlib.figure import Figure
 
+TABLES: Final = (".parquet", ".csv")
+PICTURES: Final = (".png", ".svg", ".pdf")
 _HEADER = "header"
-_KINDS = {
-    "a policy": {_HEADER, "parameters"},
-    "a recorded run": {_HEADER, "num_components"},
-}
+_KINDS = {"a policy": {_HEADER, "parameters"}, "a recorded run": {_HEADER, "num_components"}}
 """Arrays of each kind of npz file."""
 
 _HEADER_READERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
@@ -49,6 +53,38 @@ def write_table(table: "pl.DataFrame", path: Path, metadata: dict[str, str] | No
     """Write a table to a Parquet file; an existing file is replaced atomically."""
     packed = BytesIO()  # polars raises its own errors for a full disk
     table.write_parquet(packed, metadata=metadata)
+    with atomic_write(path) as file:
+        file.write(packed.getbuffer())
+
+
+def command_line() -> str:
+    """Return the command of this process, without the folder of its program."""
+    return shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
+
+
+def origin(scenario: str, seeds: NDArray[np.uint64]) -> dict[str, str]:
+    """Return where a result comes from: version, command, scenario (JSON), seeds (START:STOP or a list)."""
+    given = seeds.tolist()
+    is_range = given == list(range(given[0], given[0] + len(given)))
+    text = f"{given[0]}:{given[-1] + 1}" if is_range else ",".join(map(str, given))
+    return {"version": __version__, "command": command_line(), "scenario": scenario, "seeds": text}
+
+
+def write_result(path: Path, result: "pl.DataFrame | Figure", metadata: dict[str, str]) -> None:
+    """Write a table (``TABLES``) or a figure (``PICTURES``) with its ``origin``; replace it atomically.
+
+    In CSV files it is a first line, "# " and JSON, and in figures JSON as Description (in PDF: Subject).
+    """
+    suffix, packed, note = suffix_of(path), BytesIO(), json.dumps(metadata)
+    if suffix == ".parquet":
+        cast("pl.DataFrame", result).write_parquet(packed, metadata=metadata)
+    elif suffix == ".csv":
+        packed.write(f"# {note}\n".encode())
+        cast("pl.DataFrame", result).write_csv(packed)
+    else:
+        entry = "Subject" if suffix == ".pdf" else "Description"
+        with figure_style():
+            cast("Figure", result).savefig(packed, format=suffix[1:], dpi=150, metadata={entry: note})
     with atomic_write(path) as file:
         file.write(packed.getbuffer())
 

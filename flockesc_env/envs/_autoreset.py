@@ -41,10 +41,7 @@ class VectorStep(NamedTuple):
 
 
 def step(
-    batch: FlockBatch,
-    actions: Any,
-    mode: AutoresetMode,
-    out: tuple[Observations, FloatArray] | None = None,
+    batch: FlockBatch, actions: Any, mode: AutoresetMode, out: tuple[Observations, FloatArray] | None = None
 ) -> VectorStep:
     """Step all flocks of a batch and start new episodes according to the autoreset mode."""
     # Under `SAME_STEP` an episode has ended before a step only if Ctrl-C came between its end and the reset.

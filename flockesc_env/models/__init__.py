@@ -3,10 +3,13 @@
 from flockesc_env.models.flock import Flock
 from flockesc_env.models.graph import component_labels, laplacian, neighbor_pairs, perron_matrix
 from flockesc_env.models.order import (
+    autocorrelation_time,
     binder_cumulant,
     correlation_length,
     density,
+    nearest_neighbor_distance,
     nearest_neighbor_distances,
+    polarization,
     rotation,
 )
 from flockesc_env.models.records import RecordedRun, load_run, replay_run, run_differences, save_run
@@ -23,15 +26,18 @@ __all__ = [
     "ScanResult",
     "SweepResult",
     "Trajectory",
+    "autocorrelation_time",
     "binder_cumulant",
     "component_labels",
     "correlation_length",
     "density",
     "laplacian",
     "load_run",
+    "nearest_neighbor_distance",
     "nearest_neighbor_distances",
     "neighbor_pairs",
     "perron_matrix",
+    "polarization",
     "replay_run",
     "rotation",
     "run_differences",

@@ -13,7 +13,7 @@ from zipfile import BadZipFile, ZipFile
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.array_files import read_document, write_document
+from flockesc_env.common.array_files import command_line, read_document, write_document
 from flockesc_env.common.checks import as_flag, as_instance, as_path, as_seed, as_text
 from flockesc_env.common.errors import InputError
 from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, run_flock, simulate_line
@@ -57,6 +57,7 @@ def save_run(trajectory: Trajectory | LineTrajectory, path: str | Path, *, name:
         "seed": trajectory.seed,
         "is_start_given": trajectory.is_start_given,
         "name": as_text(name, "name"),
+        "command": command_line(),
         "versions": versions(),
     }
     write_document(file_path, header, columns)

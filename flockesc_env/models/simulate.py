@@ -6,6 +6,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
+from threading import Event
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -127,17 +128,55 @@ class Trajectory(Displayed):
     def agents_table(self) -> pl.DataFrame:
         """Return a polars DataFrame with a row per time and agent: position, velocity, caught."""
         check_recorded(self, "record", "positions", "velocities")
-        steps, agents, dimension = self.positions.shape
-        axes = "xyz"[:dimension]
+        axes = "xyz"[: self.scenario.dimension]
         return data_frame(
             {
-                "time": np.repeat(self.times, agents),
-                "agent": np.tile(np.arange(agents), steps),
-                **{axis: self.positions[..., index].ravel() for index, axis in enumerate(axes)},
-                **{f"v{axis}": self.velocities[..., index].ravel() for index, axis in enumerate(axes)},
+                **_rows(self.times, "agent", self.positions),
+                **{f"v{axis}": self.velocities[..., i].ravel() for i, axis in enumerate(axes)},
                 "is_caught": self.is_caught.ravel(),
             }
         )
+
+    def predators_table(self) -> pl.DataFrame:
+        """Return a polars DataFrame with a row per time and predator: position in m."""
+        check_recorded(self, "record", "predator_positions")
+        return data_frame(_rows(self.times, "predator", self.predator_positions))
+
+    def catches_table(self) -> pl.DataFrame:
+        """Return a polars DataFrame with a row per catch: time, agent, nearest predator and its distance."""
+        check_recorded(self, "record", "positions", "predator_positions")
+        if len(self.times) <= self.scenario.num_steps:
+            raise InputError("every", "1, because a catch may lie between two recorded times", "a larger one")
+        order = np.argsort(self.caught_at, kind="stable")
+        agents = order[self.caught_at[order] >= 0]
+        steps = self.caught_at[agents]
+        offsets = self.predator_positions[steps] - self.positions[steps, agents][:, np.newaxis]
+        distances = np.linalg.norm(offsets, axis=-1)
+        return data_frame(
+            {
+                "time": self.times[steps],
+                "agent": agents,
+                "predator": np.array([row.argmin() for row in distances], np.int64),
+                "distance": distances.min(axis=1, initial=np.inf),
+            }
+        )
+
+    def unwrapped_positions(self) -> FloatArray:
+        """Return positions without jumps at the borders of a periodic domain, shape (T + 1, n, D).
+
+        Moves between two recorded times must be shorter than half of ``periodic_side``. In an open domain
+        these are ``positions``.
+        """
+        check_recorded(self, "record", "positions")
+        side = self.scenario.periodic_side
+        return self.positions.copy() if side is None else np.unwrap(self.positions, axis=0, period=side)
+
+
+def _rows(times: FloatArray, name: str, positions: FloatArray) -> dict[str, NDArray[Any]]:
+    """Return the columns of a table with a row per time and body: time, index and coordinates."""
+    steps, count, dimension = positions.shape
+    axes = {axis: positions[..., index].ravel() for index, axis in enumerate("xyz"[:dimension])}
+    return {"time": np.repeat(times, count), name: np.tile(np.arange(count), steps), **axes}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -228,10 +267,12 @@ def run_flock(
     num_threads: int | None = None,
     every: int = 1,
     record: Sequence[str] | None = None,
+    stop: Event | None = None,
 ) -> Trajectory:
     """Run a flock with given ranges for ``scenario.num_steps`` steps; see ``flockesc_env.simulate``.
 
     The ranges rho are in m, a scalar, one per agent, shape (n,), or for every step, shape (T, 1) or (T, n).
+    ``stop`` ends it between two steps with ``KeyboardInterrupt``, for threads that no signal reaches.
     Actions in [-1, 1] of the L ``Learned`` predators have shape (T, L, D); ``None``: 0, they fly straight on.
     """
     agents, steps, axes = scenario.num_agents, scenario.num_steps, scenario.dimension
@@ -267,6 +308,8 @@ def run_flock(
         if step % every == 0:
             for name in names:
                 columns[name][step // every] = flock.get(name, rho)
+        if stop is not None and stop.is_set():
+            raise KeyboardInterrupt
         if step < steps:
             flock.step(rho, 1, accelerations[step], None)
     with np.errstate(over="ignore"):

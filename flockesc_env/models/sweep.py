@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.array_files import write_table
+from flockesc_env.common.array_files import origin, write_table
 from flockesc_env.common.checks import FloatArray, as_choice, as_path, as_seeds, as_threads, as_vector
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import data_frame, figure_style
@@ -164,8 +164,11 @@ class SweepResult(Displayed):
         )
 
     def to_parquet(self, path: str | Path) -> None:
-        """Write ``table()`` to a Parquet file, with the scenario in its metadata; replace it atomically."""
-        write_table(self.table(), as_path(path), {"scenario": self.scenario.to_json()})
+        """Write ``table()`` to a Parquet file; an existing file is replaced atomically.
+
+        Its metadata are ``version`` of the package, ``command``, ``scenario`` (JSON) and ``seeds``.
+        """
+        write_table(self.table(), as_path(path), origin(self.scenario.to_json(), self.seeds))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final, cast, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flockesc_env.common.array_files import write_table
+from flockesc_env.common.array_files import origin, write_table
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_vector
 from flockesc_env.common.errors import InputError, errors_at
 from flockesc_env.common.extras import data_frame, figure_style, require
@@ -135,7 +135,8 @@ class Comparison:
         """Write table.md and episodes.parquet (``table``) to a folder, which is made."""
         folder.mkdir(parents=True, exist_ok=True)
         write_text(folder / "table.md", f"{self}\n")
-        write_table(self.table(), folder / "episodes.parquet")
+        found = origin(self.search.scenario.to_json(), self.search.seeds)
+        write_table(self.table(), folder / "episodes.parquet", found)
 
     @figure_style()
     def plot(self, against: str = "range") -> "Figure":

@@ -12,11 +12,15 @@ from flockesc_env.common.errors import InputError, printable
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.models.simulate import Trajectory
 from flockesc_env.policies.registry import NAMES
+from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
 TRAIL = 3.0
 """Length of a predator's trail in s."""
+
+SILENT = 1.0
+"""Range below which an agent listens to nobody: it hardly ever has a neighbor."""
 
 
 def as_size(value: Any, field: str = "size") -> int:
@@ -44,6 +48,9 @@ class FlockFrame:
     interaction_range: FloatArray
     caught: NDArray[np.bool]  # shape (n,)
     objective: str  # J so far, with its symbol and unit
+    lowest: float  # lowest mean predator distance so far
+    rival: float  # that of the best fixed range on the same flock, or NaN
+    color: str  # of the ring around a predator, as in `palette`
     view: FloatArray  # lowest and highest corner of a box around all positions so far, shape (2, D)
     trail: FloatArray  # past predator positions, shape (k, P, D)
     largest_range: float  # the end of the color scale
@@ -63,6 +70,27 @@ def policy_title(name: str, unit: str = "m") -> str:
     if name.startswith("fixed:"):
         return printable(f"fixed range {name.removeprefix('fixed:')} {unit}")
     return f"rule: {name.replace('-', ' ')}" if name in NAMES else printable(name)
+
+
+def policy_kind(name: str, run: Trajectory) -> str:
+    """Return the kind of a recorded run's policy, which gives its color: "fixed", "rule" or "learned"."""
+    return "fixed" if np.ptp(run.interaction_ranges) == 0 else "rule" if name in NAMES else "learned"
+
+
+def listening(ranges: FloatArray, unit: str) -> list[tuple[str, float]]:
+    """Return how far agents listen, as pieces of a sentence, each with the range that gives its color."""
+    top = float(ranges.max())
+    if top < SILENT or np.ptp(ranges) == 0:
+        return [(f"all listen to {f'{top:.3g} {unit}' if top else 'nobody'}", top)]
+    is_far, is_silent = ranges >= 0.95 * top, ranges < SILENT
+    far, silent = (round(100 * float(which.mean())) for which in (is_far, is_silent))
+    pieces = [(f"{far} of 100 listen to {top:.3g} {unit}", top), (f"{silent} to nobody", 0.0)]
+    between = ranges[~is_far & ~is_silent]
+    return (
+        [*pieces, ("others between", float(np.median(between)))]
+        if len(between) >= 0.05 * len(ranges)
+        else pieces
+    )
 
 
 def initial_region(scenario: FlockScenario) -> FloatArray:
@@ -85,7 +113,14 @@ def recorded_view(run: Trajectory, step: int) -> FloatArray:
 
 
 def recorded_frame(
-    run: Trajectory, step: int, objective: str, view: FloatArray, largest_range: float
+    run: Trajectory,
+    step: int,
+    objective: str,
+    view: FloatArray,
+    largest_range: float,
+    *,
+    rival: float = np.nan,
+    color: str = LIGHT.ink,
 ) -> FlockFrame:
     """Return the frame of a recorded run after ``step`` steps."""
     spec = FlockScenario.objectives[objective]
@@ -102,6 +137,9 @@ def recorded_frame(
         interaction_range=run.interaction_ranges[max(step - 1, 0)],
         caught=(run.caught_at >= 0) & (run.caught_at <= step),
         objective=f"{spec.symbol} {spec.text(getattr(run, spec.series)[: step + 1].min())}",
+        lowest=float(run.mean_distance[: step + 1].min()),
+        rival=rival,
+        color=color,
         view=view,
         trail=run.predator_positions[step - int(min(TRAIL / run.scenario.time_step, step)) : step + 1],
         largest_range=largest_range,
@@ -111,7 +149,7 @@ def recorded_frame(
 def live_frames(batch: FlockBatch, frames: Sequence[FlockFrame | None]) -> list[FlockFrame]:
     """Return the frames of all flocks after an action, from those before it (``None``: no history)."""
     spec = FlockScenario.objectives[batch.options.objective]
-    objectives, caught, present = batch.core.metrics()[spec.name], batch.core.caught(), list[FlockFrame]()
+    metrics, caught, present = batch.core.metrics(), batch.core.caught(), list[FlockFrame]()
     for slot, last in enumerate(frames):
         state = batch.core.state(slot)
         del state["distances"]
@@ -131,7 +169,10 @@ def live_frames(batch: FlockBatch, frames: Sequence[FlockFrame | None]) -> list[
         frame = FlockFrame(
             scenario=scenario,
             caught=caught[slot],
-            objective=f"{spec.symbol} {spec.text(objectives[slot])}",
+            objective=f"{spec.symbol} {spec.text(metrics[spec.name][slot])}",
+            lowest=float(metrics["min_mean_distance"][slot]),
+            rival=np.nan,
+            color=LIGHT.ink,
             view=enclose(view, positions, predators),
             trail=path,
             largest_range=batch.options.max_range,

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.extras import require
-from flockesc_env.render.frames import FlockFrame, LineFrame, initial_region
+from flockesc_env.render.frames import FlockFrame, LineFrame, initial_region, listening
 from flockesc_env.render.palette import LIGHT, Color, faded, range_colors, rgb
 
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")  # pygame prints a greeting on stdout
@@ -136,11 +136,6 @@ def _draw_flock(canvas: Canvas, frame: FlockFrame, title: str) -> None:
     reach = frame.scenario.predator_range * eye.scale
     canvas.discs(predators, reach, faded(red, 0.88))
     canvas.discs(predators, reach, faded(red, 0.5), rim=1.0)
-    if len(predators) == 1 and len(places) and frame.scenario.periodic_side is None:
-        # A ring: the mean distance of the agents.
-        away = frame.positions[alive] - frame.predator_positions[0]
-        mean = eye.scale * float(np.linalg.norm(away, axis=1).mean())
-        canvas.discs(predators, mean, faded([TEXT], 0.4), rim=1.5)
     _ground(canvas, eye, frame)
     for path in np.moveaxis(eye.pixels(frame.trail), 1, 0):
         pieces = np.stack([path[:-1], path[1:]], axis=1)
@@ -150,14 +145,19 @@ def _draw_flock(canvas: Canvas, frame: FlockFrame, title: str) -> None:
     colors = range_colors(ranges, frame.largest_range)
     canvas.polygons(_darts(eye, places, frame.velocities[alive], length), colors)
     canvas.polygons(_darts(eye, predators, frame.predator_velocities, 0.026 * size), red)
+    if len(predators) == 1 and len(places) and frame.scenario.periodic_side is None:
+        _rings(canvas, eye, frame, predators[0])
 
-    words = "range -"  # before the first action, or all agents have been caught
-    if len(known) and len(ranges):  # the common range or, if ranges differ, their mean and standard deviation
-        spread = "" if np.ptp(ranges) == 0 else f" ± {ranges.std():.1f}"
-        words = f"range {ranges.mean():.1f}{spread} {unit}"
+    # No words before the first action, or if all agents have been caught.
+    words = listening(ranges, unit) if len(known) and len(ranges) else []
     time = frame.step * frame.scenario.time_step
     goal = frame.objective if len(predators) else "no predator"
-    _write(canvas, title, f"{time:.1f} s", words, goal)
+    _write(canvas, title, f"{time:.1f} s", goal)
+    x, y = _LEFT * size, 0.125 * size
+    for text, rho in words:
+        dot = range_colors(np.array([rho]), frame.largest_range)
+        canvas.discs(np.array([(x + 0.01 * size, y)]), 0.01 * size, dot)
+        x += 0.06 * size + canvas.text(text, (x + 0.03 * size, y), TEXT, "midleft", 0.045)
     if frame.caught.any():
         canvas.text(f"{frame.caught.sum()} caught", (0.5 * size, 0.96 * size), PREDATOR, "center")
     _color_scale(canvas, f"{frame.largest_range:g} {unit}")
@@ -195,7 +195,7 @@ def _draw_line(canvas: Canvas, frame: LineFrame, title: str) -> None:
         canvas.segments(ends[kept], np.tile(colors[t], (len(kept), 1)), 0.0025 * size)
     canvas.discs(at(steps[-1], states[-1]), 0.006 * size, np.tile(colors[-1], (len(states[-1]), 1)))
     goal = "" if predator is None else f"escape distance {np.abs(states[-1] - predator).min():.3f}"
-    _write(canvas, title, f"t = {steps[-1]}", f"range {ranges[-1]:.3g}", goal or "no predator")
+    _write(canvas, title, f"t = {steps[-1]}, range {ranges[-1]:.3g}", goal or "no predator")
     _color_scale(canvas, f"{frame.largest_range:g}")
 
 
@@ -231,12 +231,34 @@ def _darts(eye: Camera, centers: FloatArray, velocities: FloatArray, length: flo
     return corners
 
 
-def _write(canvas: Canvas, title: str, time: str, words: str, goal: str) -> None:
-    """Write the title, time, range and objective."""
-    left, right, row = _LEFT * canvas.size, _RIGHT * canvas.size, 0.08 * canvas.size
-    canvas.text(title, (left, 0.02 * canvas.size), TEXT)
+def _rings(canvas: Canvas, eye: Camera, frame: FlockFrame, center: FloatArray) -> None:
+    """Draw the lowest mean distance so far as a ring with its number, and the present one as a hairline.
+
+    The dotted ring is the lowest mean distance of the best fixed range.
+    """
+    size, color = canvas.size, rgb(frame.color)
+    away = frame.positions[~frame.caught] - frame.predator_positions[0]
+    now, lowest = float(np.linalg.norm(away, axis=1).mean()), frame.lowest
+    canvas.discs(center[np.newaxis], eye.scale * now, faded([color], 0.5), rim=0.5)
+    canvas.discs(center[np.newaxis], eye.scale * lowest, [color], rim=2.0)
+    if np.isfinite(frame.rival):
+        angles = np.linspace(0, 2 * np.pi, 90)[:, np.newaxis]
+        dots = center + eye.scale * frame.rival * np.hstack([np.cos(angles), np.sin(angles)])
+        canvas.discs(dots, 0.003 * size, [TEXT] * len(dots))
+    # The number is at the first place on the ring that is in the picture.
+    places = center + eye.scale * lowest * np.array([(0, 1), (1, 0), (0, -1), (-1, 0)])
+    is_inside = ((places > 0.08 * size) & (places < 0.92 * size)).all(axis=1)
+    at = places[int(is_inside.argmax())]
+    corners = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * (0.055 * size, 0.02 * size)
+    canvas.polygons((at + corners)[np.newaxis], [_PAPER])
+    canvas.text(f"{lowest:.0f} m", at, color, "center")
+
+
+def _write(canvas: Canvas, title: str, time: str, goal: str) -> None:
+    """Write the title, time and objective."""
+    left, right, row = _LEFT * canvas.size, _RIGHT * canvas.size, 0.062 * canvas.size
+    canvas.text(title, (left, 0.015 * canvas.size), TEXT)
     canvas.text(time, (left, row), TEXT)
-    canvas.text(words, (0.2 * canvas.size, row), TEXT)
     canvas.text(goal, (right, row), TEXT, "topright")
 
 

@@ -21,6 +21,7 @@ from flockesc_env.render.frames import (
     LineFrame,
     as_size,
     enclose,
+    policy_kind,
     policy_title,
     recorded_frame,
     recorded_view,
@@ -46,6 +47,11 @@ _FORMATS: dict[str, dict[str, Any]] = {
 """Options of ffmpeg by the suffix of the file."""
 
 _MAX_FRAMES = 10_000_000
+
+_COLORS = {"fixed": LIGHT.fixed, "rule": LIGHT.others[0], "learned": LIGHT.learned}
+
+REST = 3.0
+"""Seconds from the last change of a ring to the end of a video."""
 
 
 def draw(
@@ -92,7 +98,8 @@ def write_video(
 ) -> None:
     """Write a video of runs in a grid, side by side if they are two, all at the same scale.
 
-    The view holds whole runs and does not move. The last picture of a run stays until the longest run ends.
+    The view does not move. The video ends ``REST`` seconds after the last run reached its lowest mean
+    predator distance. The dotted ring shows that distance of the best fixed range among the runs.
     The new file replaces an older one when it is complete.
 
     Args:
@@ -128,14 +135,19 @@ def write_video(
 
     from flockesc_env.render.picture import draw_frame  # loads pygame, an extra
 
-    frames = max(float(run.times[-1]) for _, run in runs) / pace * fps
+    last = max(_end(run) for _, run in runs)
+    frames = last / pace * fps
     if not frames < _MAX_FRAMES:
         raise InputError("fps", f"fewer than {_MAX_FRAMES} frames at speed {pace}", f"{frames:g} frames")
     count = round(frames) + 1
-    views = [recorded_view(run, run.scenario.num_steps) for _, run in runs]
+    views = [recorded_view(run, _step_at(run, last)) for _, run in runs]
     if len({view.shape for view in views}) == 1:
         views = [enclose(*views)] * len(views)
     titles = [policy_title(name, run.scenario.range_unit) for name, run in runs]
+    kinds = [policy_kind(name, run) for name, run in runs]
+    fixed = [run for (_, run), kind in zip(runs, kinds, strict=True) if kind == "fixed"]
+    best = max(fixed, key=lambda run: float(run.mean_distance.min()), default=None)
+    falling = np.full(1, np.nan) if best is None else np.minimum.accumulate(best.mean_distance)
     with TemporaryDirectory() as folder:
         film = str(Path(folder, f"film{suffix}"))
         writer = imageio_ffmpeg.write_frames(
@@ -150,10 +162,17 @@ def write_video(
             writer.send(None)  # starts ffmpeg
             for done in range(1, count + 1):
                 pictures = []
-                for (_, run), view, title in zip(runs, views, titles, strict=True):
-                    time = (done - 1) * pace / fps
-                    step = min(round(time / run.scenario.time_step), run.scenario.num_steps)
-                    frame = recorded_frame(run, step, objective, view, largest)
+                time = (done - 1) * pace / fps
+                for (_, run), view, title, kind in zip(runs, views, titles, kinds, strict=True):
+                    frame = recorded_frame(
+                        run,
+                        _step_at(run, time),
+                        objective,
+                        view,
+                        largest,
+                        rival=np.nan if best is None or best is run else falling[_step_at(best, time)],
+                        color=_COLORS[kind],
+                    )
                     pictures.append(draw_frame(frame, size, title))
                 for picture in pictures[1:]:
                     picture[:2] = picture[:, :2] = rgb(LIGHT.frame)
@@ -171,3 +190,14 @@ def write_video(
             raise OSError(errno.EIO, f"ffmpeg wrote {written} of {count} frames", film)
         with Path(film).open("rb") as source, atomic_write(path) as file:
             shutil.copyfileobj(source, file)
+
+
+def _end(run: Trajectory) -> float:
+    """Return the time in s at which a run's video can end: no ring changes after it."""
+    if not run.scenario.predators:
+        return float(run.times[-1])
+    return float(min(run.times[np.nanargmin(run.mean_distance)] + REST, run.times[-1]))
+
+
+def _step_at(run: Trajectory, time: float) -> int:
+    return min(round(time / run.scenario.time_step), run.scenario.num_steps)

@@ -15,12 +15,7 @@ from flockesc_env.scenario.objectives import Objective
 
 ActionMode = Literal["normalized", "range", "discrete"]
 TeamReward = Literal["team", "distance", "terminal"]
-IndividualReward = Literal[
-    "individual_distance",
-    "individual_distance_change",
-    "individual",
-    "difference",
-]
+IndividualReward = Literal["individual_distance", "individual_distance_change", "individual", "difference"]
 Reward = Literal[TeamReward, IndividualReward]
 LineReward = Literal["change", "terminal"]
 ExtraEntries = Literal["escape_direction", "closest_approach"]

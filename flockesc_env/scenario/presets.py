@@ -186,8 +186,7 @@ OF_TASKS: Final = {
     "flock-100": _flock("the paper's flock with 100 agents", num_agents=100),
     "flock-1000": _flock("the paper's flock with 1,000 agents", num_agents=1000),
     "varied": _flock(
-        "the predator comes from a random side at a random speed",
-        randomization=(parts.RandomApproach(),),
+        "the predator comes from a random side at a random speed", randomization=(parts.RandomApproach(),)
     ),
     "startled": _flock("a flock that flies toward the predator and flees strongly", **_STARTLED),
     "startled-pursuit": _flock(

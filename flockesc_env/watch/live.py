@@ -32,6 +32,9 @@ ENGINE: Final = files("flockesc_env.watch") / "engine"
 FIRST_RANGES: Final = {"torus": 60.0, "ring": LARGEST_RANGE}
 """Ranges in m at first, in scenarios whose best fixed range is not known and that need a long one."""
 
+RANGES: Final = (0, 1, 2, 4, 6, 8, 10, 12, 14, 16, 20, 25, 30, 35, 40, 45, 50, 60, 70, 80, 100)
+"""Ranges that the slider offers, the first and the last one included."""
+
 GIVEN: Final = "given"
 """Name of a scenario that is not a preset."""
 
@@ -55,15 +58,17 @@ def page_spec(spec: str, policy: BasePolicy) -> str | None:
 def scenario_document(name: str, scenario: FlockScenario, best: float | None = None) -> dict[str, Any]:
     """Return the document of a preset or of ``GIVEN``, with its best fixed range if that is known."""
     unit = scenario.range_unit
+    largest = LARGEST_RANGE if unit == "m" else float(max(scenario.num_agents - 1, 1))
+    first = FIRST_RANGES.get(name, largest / 10) if best is None else best
     return {
         "name": name,
         "label": None if name in PRESETS else "given scenario",
         "title": PRESETS[name].description if name in PRESETS else "",
         "isPreset": name in PRESETS,
         "unit": unit,
-        "maxRange": LARGEST_RANGE if unit == "m" else float(max(scenario.num_agents - 1, 1)),
+        "ranges": sorted({*(each for each in RANGES if each < largest), first, largest}),
         "best": best,
-        "firstRange": FIRST_RANGES.get(name),
+        "first": first,
         "json": scenario.to_json(),
         "steered": _steered(scenario),
         "start": None,
@@ -90,20 +95,15 @@ def start_document(run: Trajectory) -> dict[str, Any] | None:
     }
 
 
-def file_document(path: Path, spec: str, group: str, *, with_data: bool = True) -> dict[str, Any]:
-    """Return the document of a policy file, ``spec`` in addresses, below the heading ``group``.
-
-    Without its data, the page reads the file from beside itself.
-    """
+def file_document(path: Path, spec: str) -> dict[str, Any]:
+    """Return the document of a policy file, ``spec`` in addresses."""
     content = path.read_bytes()
     return {
         "spec": spec,
-        "title": policy_title(path.stem),
-        "label": path.stem,
-        "group": group,
-        "file": spec if suffix_of(spec) == SUFFIX else f"{spec}{SUFFIX}",
+        "title": policy_title(path.stem if suffix_of(spec) == SUFFIX else spec),
+        "file": spec,
         "sha256": hashlib.sha256(content).hexdigest(),
-        "data": b64encode(content).decode() if with_data else None,
+        "data": b64encode(content).decode(),
     }
 
 

@@ -20,15 +20,14 @@ from flockesc_env.common.files import write_text
 from flockesc_env.models.order import unit
 from flockesc_env.models.records import versions
 from flockesc_env.models.simulate import Trajectory, as_runs
-from flockesc_env.policies.registry import NAMES
-from flockesc_env.render.frames import policy_title
+from flockesc_env.render.frames import policy_kind, policy_title
 from flockesc_env.render.palette import DARK, LIGHT
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.watch.live import ENGINE, has_engine, safe_json, scenario_documents, start_document
 
-_REPLAY = ("dom", "data", "theme", "camera", "ground", "scene", "panel", "curves", "player", "page")
+_REPLAY = ("dom", "data", "theme", "camera", "ground", "plot", "scene", "panel", "curves", "player", "page")
 _FLIGHTS = ("npz", "steer", "engine", "flight", "policies")
-_TOOLS = ("choice", "inspect", "predict", "address", "python")
+_TOOLS = ("answer", "choice", "inspect", "address", "python")
 _LIVE = (*_FLIGHTS, *_TOOLS, "live_page", "controls")
 """Scripts under ``js/``, in order of dependence: of all pages, and of pages that simulate."""
 
@@ -46,7 +45,7 @@ class Content:
     """What a page shows, besides recorded runs. Without scenarios, it only replays them.
 
     ``start`` is the flock and the policies at first: ``{"scenario": .., "seed": .., "policies": [..]}``, and
-    as ``"headline"`` the policy behind the button "Learned".
+    as ``"headline"`` the learned policy of the answer or None.
     """
 
     scenarios: Sequence[dict[str, Any]] = ()  # see `live.scenario_document`
@@ -103,10 +102,7 @@ def render(runs: Sequence[Run], content: Content, *, with_engine: bool = True) -
         "recordings": recordings,
     }
     here = files("flockesc_env.watch")
-    uplot = here / "vendor" / "uplot"
-    styles = [theme(), (uplot / "uPlot.min.css").read_text("utf-8"), (here / "page.css").read_text("utf-8")]
-    scripts = [(uplot / "uPlot.iife.min.js").read_text("utf-8")]
-    engine = ""  # the element that holds the core in WebAssembly
+    scripts, engine = [], ""  # engine: the element that holds the core in WebAssembly
     if is_live:
         scripts.append((ENGINE / "flockesc_wasm.js").read_text("utf-8"))
         packed = b64encode(zlib.compress((ENGINE / "flockesc_wasm_bg.wasm").read_bytes(), 9))
@@ -121,7 +117,7 @@ def render(runs: Sequence[Run], content: Content, *, with_engine: bool = True) -
         head=content.head,
         film=content.film,
         footer=content.footer,
-        styles="\n".join(styles),
+        styles=f"{theme()}\n{(here / 'page.css').read_text('utf-8')}",
         engine=engine,
         scripts="\n".join(f"<script>\n{script}</script>" for script in scripts),
         data=safe_json(document),
@@ -132,8 +128,11 @@ def theme() -> str:
     """Return the CSS that names the palette's colors, for a light and a dark page."""
     light, dark = (
         " ".join(
-            f"--{name}: {color if isinstance(color, str) else ', '.join(color)};"
-            for name, color in asdict(palette).items()
+            [
+                *(f"--{name}: {color};" for name, color in asdict(palette).items() if isinstance(color, str)),
+                *(f"--other-{index}: {color};" for index, color in enumerate(palette.others)),
+                f"--ranges: {', '.join(palette.ranges)};",
+            ]
         )
         for palette in (LIGHT, DARK)
     )
@@ -151,13 +150,10 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     """Return the document of a run of T steps, for ``json.dumps``; columns are compressed arrays in base64.
 
     ``title`` is the readable name. Columns have an entry per time, 0..T. ``ranges`` are those of the step
-    that begins at a time; their last entry is that of the step that ends at T, as in
-    ``Trajectory.num_components``. ``lowRange`` and ``highRange`` are the mean over agents minus and plus one
-    standard deviation, within the ranges that occur.
+    that begins at a time; their last entry is that of the step that ends at T.
     """
     in_force = np.minimum(trajectory.interaction_ranges, np.finfo(np.float32).max)  # as the columns hold it
     ranges = np.concatenate([in_force, in_force[-1:]])
-    mean, deviation = ranges.mean(axis=1), ranges.std(axis=1)
     columns = {
         "times": _column(trajectory.times),
         "positions": _column(trajectory.positions),
@@ -165,12 +161,7 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "ranges": _column(ranges),
         "predators": _column(trajectory.predator_positions),
         "meanDistance": _column(trajectory.mean_distance),
-        "minDistance": _column(trajectory.min_distance),
         "lowestMean": _column(np.minimum.accumulate(getattr(trajectory, _OBJECTIVE.series))),
-        "meanRange": _column(mean),
-        "lowRange": _column(np.maximum(mean - deviation, ranges.min(axis=1))),
-        "highRange": _column(np.minimum(mean + deviation, ranges.max(axis=1))),
-        "numComponents": _column(trajectory.num_components, "<u4"),
         "survivors": _column(np.rint(trajectory.fraction_surviving * trajectory.scenario.num_agents), "<u4"),
         # An agent that is never caught gets a step that never comes.
         "caughtAt": _column(np.where(trajectory.caught_at < 0, 2**32 - 1, trajectory.caught_at), "<u4"),
@@ -178,7 +169,7 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
     return {
         "name": name,
         "title": policy_title(name, trajectory.scenario.range_unit),
-        "kind": "fixed" if np.ptp(ranges) == 0 else "rule" if name in NAMES else "learned",  # gives the color
+        "kind": policy_kind(name, trajectory),
         # None if no seed gives this start. A string, because 64 bits do not fit into a number of JavaScript.
         "seed": None if trajectory.is_start_given else str(trajectory.seed),
         "scenario": json.loads(trajectory.scenario.to_json()),

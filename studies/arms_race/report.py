@@ -127,7 +127,11 @@ def cross_play_figure(results: RaceResults) -> Figure:
     axes.xaxis.tick_top()
     axes.tick_params(length=0)
     axes.spines[:].set_visible(False)
-    axes.set_xlabel("J_mean (m); color: minus straight flight; frame: trained against the policy of the row")
+    axes.set(xlabel="J_mean (m); color: minus straight flight; frame: trained against the policy of the row")
+    axes.set_ylabel("flock policy")
+    axes.annotate(
+        "predator", (0, 1), (0, 8), ha="right", xycoords="axes fraction", textcoords="offset points"
+    )
     axes.xaxis.set_label_position("bottom")
     return figure
 

@@ -1,8 +1,8 @@
-"""One agent that waits: its heading, what it would hear under each range, and the range that it sets."""
+"""Ranges that policies set: by the predator's place, over time, and those of one agent that waits."""
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,12 +14,22 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.policies import BasePolicy
+from flockesc_env.render.frames import SILENT
 from flockesc_env.render.palette import LIGHT
 from studies.findings.controls import watch
 from studies.findings.headlines import Headline
-from studies.measurements import Runner, policy_of
+from studies.measurements import Runner, policy_of, share_of
 from studies.style import subplots
-from training.figure_style import RANGES
+from training.figure_style import RANGES, label_ends
+
+FLOCKS: Final = 50
+WATCHED: Final = ("per-agent-local", "per-agent-visible")
+"""Tasks with a picture of the ranges that their headline policy sets; every agent sets its own."""
+
+_HEADINGS = {1.0: "away from it", 0.5: "60° off", 0.0: "90° off", -0.5: "120° off", -1.0: "toward it"}
+"""Labels of cosines between an agent's heading and the direction away from the predator."""
+
+_QUANTILES = (0.1, 0.25, 0.5, 0.75, 0.9)
 
 ONE_AGENT: Final = "one_agent.npz"
 CANDIDATES: Final = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 40.0)
@@ -31,10 +41,90 @@ _AHEAD = 30.0  # degrees off its escape direction within which an agent counts a
 _SHOWN = 2.0  # seconds of the figure
 
 
-def measure(headlines: Sequence[Headline], runner: Runner, output: Path) -> None:
-    """Write the file of what ``follow`` returns for ``BLIND``."""
-    content = next(one.content for one in headlines if one.task.name == BLIND)
-    write_npz(output / ONE_AGENT, runner.join([Job(f"{__name__}:follow", (content,))], "Listening"))
+def listen(policy: bytes, flocks: range) -> Arrays:
+    """Run a policy, the content of its file, with one range per agent, on seeds of its own scenario.
+
+    Returns:
+        ``times`` of the actions in s; ``quantiles`` of the ranges in m at every action, shape (5, actions);
+        ``silent``, the share of agents below ``SILENT``; ``range_by_place``, the mean range in m by cosine
+        between heading and the direction away from the predator (edges ``cosines``) and by predator distance
+        in m (edges ``distances``), where it is sensed; NaN in cells without agents.
+    """
+    entry = policy_of(policy)
+    watched = watch(entry, flocks)
+    ranges, scenario = watched.ranges, entry.scenario
+    assert isinstance(scenario, FlockScenario)  # noqa: S101, only flocks have agents that sense a predator
+    is_sensed = watched.entry("predator_sensed") > 0
+    scaled = watched.entry("predator_distance")[is_sensed]
+    distance = scenario.initial_side * scaled / (1 - scaled)  # an observation shows d / (d + side)
+    # The entry is the cosine to the predator; few agents are beyond the 0.98 quantile.
+    cosine = -watched.entry("predator_direction_ahead")[is_sensed]
+    cosines, distances = np.linspace(-1, 1, 21), np.linspace(0, np.quantile(distance, 0.98), 25)
+    sums, _, _ = np.histogram2d(cosine, distance, (cosines, distances), weights=ranges[is_sensed])
+    counts, _, _ = np.histogram2d(cosine, distance, (cosines, distances))
+    return {
+        "times": np.arange(len(ranges)) * entry.policy_spec.options.steps_per_action * scenario.time_step,
+        "quantiles": np.quantile(ranges, _QUANTILES, axis=1),
+        "silent": (ranges < SILENT).mean(axis=1),
+        "range_by_place": np.where(counts > 0, sums / np.maximum(counts, 1), np.nan),
+        "cosines": cosines,
+        "distances": distances,
+    }
+
+
+def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:
+    """Write files of what ``listen`` returns for the tasks of ``WATCHED``, and ``follow`` for ``BLIND``."""
+    flocks, jobs = share_of(HELD_OUT, FLOCKS, scale), {}
+    for one in headlines:
+        if one.task.name in WATCHED:
+            arguments = (one.content, flocks)
+            jobs[f"{one.task.name}.npz"] = Job(f"{__name__}:listen", arguments, len(flocks) * 0.1)
+        elif one.task.name == BLIND:
+            jobs[ONE_AGENT] = Job(f"{__name__}:follow", (one.content,))
+    for file, kept in runner.run(jobs, "Listening").items():
+        write_npz(output / file, kept)
+
+
+class Silence(NamedTuple):
+    """Mean range in m of agents that head toward the predator, and the share of actions without listening."""
+
+    range_toward: float
+    silent: float
+
+
+def silence(file: Path) -> Silence:
+    """Return who listens, of agents that see the predator.
+
+    Agents toward it head more than 120 degrees off the direction away from it, over the cells of the figure.
+    """
+    kept = read_npz(file, "ranges")
+    toward = kept["range_by_place"][kept["cosines"][1:] <= -0.5 + 1e-9]
+    return Silence(float(np.nanmean(toward)), float(kept["silent"].mean()))
+
+
+def ranges_figure(file: Path, *, by_place: bool) -> Figure:
+    """Draw the mean range by predator distance and heading, or the share of agents that listen over time."""
+    kept = read_npz(file, "ranges")
+    figure, axes = subplots(3.6)
+    if by_place:
+        mean, top = kept["range_by_place"], float(np.nanmax(kept["range_by_place"]))
+        mesh = axes.pcolormesh(kept["distances"], kept["cosines"], mean, cmap=RANGES, vmin=0, vmax=top)
+        figure.colorbar(mesh, ax=axes, label="mean interaction range (m)")
+        axes.set_title("Range by the agent's place and heading, predator always visible")
+        axes.set(xlabel="distance to the predator (m)", ylabel="heading relative to the predator")
+        axes.set_yticks([*_HEADINGS], _HEADINGS.values())
+        return figure
+    times, silent = kept["times"], 100 * kept["silent"]
+    edges = np.append(times, 2 * times[-1] - times[-2])
+    axes.stairs(silent, edges, fill=True, color=LIGHT.ranges[0])
+    axes.stairs(np.full(len(times), 100), edges, baseline=silent, fill=True, color=LIGHT.ranges[-1])
+    axes.set_title(f"Who listens, predator visible within 30 m; nobody: a range below {SILENT:g} m")
+    axes.set(xlabel="time (s)", ylabel="agents (%)", xlim=(0, edges[-1]), ylim=(0, 100))
+    ends = [(silent[-1] / 2, "listen to nobody"), (50 + silent[-1] / 2, "listen to others")]
+    label_ends(
+        axes, [(float(y), text, color) for (y, text), color in zip(ends, LIGHT.ranges[::4], strict=True)]
+    )
+    return figure
 
 
 def follow(policy: bytes) -> Arrays:

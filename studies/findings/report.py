@@ -122,7 +122,7 @@ def measure(runner: Runner, output: Path, scale: float) -> None:
     """Measure everything; ``scale`` is the share of the flocks that play."""
     chosen = headlines.measure(headlines.EXPLAINED, scale, runner, output)
     controls.measure_exchanged(chosen, scale, runner, output)
-    listening.measure(chosen, runner, output)
+    listening.measure(chosen, scale, runner, output)
     controls.measure_blocked(chosen, scale, runner, output)
     losses.measure(chosen, scale, runner, output)
     rows = rows_of(entries_of(load_board()))
@@ -131,10 +131,13 @@ def measure(runner: Runner, output: Path, scale: float) -> None:
 
 def figures(results: Findings) -> dict[str, Figure]:
     """Draw the figures of the measurements that have a file."""
-    return {
-        f"{FIGURES}/loads": loads.figure(loads.loads(results.output)),
-        f"{FIGURES}/one_agent": listening.one_agent_figure(results.output / listening.ONE_AGENT),
+    drawn = {
+        name: listening.ranges_figure(results.output / f"{name}.npz", by_place=name == "per-agent-visible")
+        for name in listening.WATCHED
     }
+    drawn["loads"] = loads.figure(loads.loads(results.output))
+    drawn["one_agent"] = listening.one_agent_figure(results.output / listening.ONE_AGENT)
+    return {f"{FIGURES}/{name}": figure for name, figure in drawn.items()}
 
 
 def report(results: Findings) -> str:

@@ -23,8 +23,8 @@ from studies.style import caption, component_colors, curve, letter, subplots
 from training.figure_style import BAND, RANGES, draw_predator, label_ends
 
 _TIMES = (0.0, 4.0, 8.0, 12.0)
-_COLORS = {rho: to_hex(RANGES((rho / 100.0) ** 0.5)) for rho in plan.SHOWN_FLOCK_RANGES}
-"""Colors of the ranges; the square root keeps 10 m apart from 0."""
+_COLORS = {rho: to_hex(RANGES(min(rho / 20.0, 1.0))) for rho in plan.SHOWN_FLOCK_RANGES}
+"""Colors of the ranges; the scale ends at 20 m, as on the page."""
 _GRID, _AIMED = np.array(plan.FLOCK_GRID), np.array(plan.AIMED_GRID)
 _TICKS = (0, 2, 5, 10, 20, 50, 100)
 _STRONGEST = to_hex(RANGES(0.95))
@@ -56,23 +56,20 @@ def distances(objective: str, measured: Mapping[str, Arrays], seed: int) -> Figu
     spec = FLOCK_OBJECTIVES[objective]
     values = measured["grid flock"][spec.name]
     best = stats.argmax(_GRID, values)
-    figure, ((over_time, over_range), (histogram, spare)) = subplots(6.0, 2, 2)
+    figure, (over_time, over_range, histogram) = subplots(3.3, 1, 3)
     _over_time(over_time, spec, measured["curves"][spec.series], seed)
     _over_range(over_range, spec, values, seed)
     _best_ranges(histogram, values, best)
-    count = f"{values.shape[1]:,} flocks"
-    notes = [
-        (f"(a) solid: flock of seed {seed}", LIGHT.ink),
-        (f"(a) dotted: mean of {count}", LIGHT.ink),
-        (f"(b) dark: mean of {count}, 95 % interval", LIGHT.fixed),
-        (f"(b) light: flock of seed {seed}", LIGHT.alone),
-        ("(c) bars: flocks by their best range", LIGHT.alone),
-        (f"(c) solid: best in expectation, {best.mean:g} m [{best.low:g}, {best.high:g}]", LIGHT.fixed),
-        ("(c) dashed: the paper's 10 m", LIGHT.accent),
-    ]
-    spare.set_axis_off()
-    for line, (text, color) in enumerate(notes):
-        spare.text(0.0, 0.95 - 0.125 * line, text, color=color, va="top", in_layout=False)
+    mean = f"mean of {values.shape[1]:,} flocks"
+    letter(over_time, 0, f"distance over time\nsolid: flock {seed}, dotted: {mean}")
+    letter(over_range, 1, f"{spec.symbol} against the range\ndark: {mean}, 95 %; light: flock {seed}")
+    letter(
+        histogram,
+        2,
+        f"best range of each flock\nline: of the mean, {best.mean:g} m [{best.low:g}, {best.high:g}]",
+    )
+    for axes in (over_time, over_range, histogram):
+        axes.title.set_fontsize(8)
     return figure
 
 
@@ -86,7 +83,6 @@ def _over_time(axes: Axes, spec: ObjectiveSpec, curves: FloatArray, seed: int) -
         ends.append((float(flocks[seed][-1]), f"{rho:g} m", color))
     axes.set(xlabel="time (s)", ylabel=spec.with_unit(spec.label))
     axes.margins(x=0)
-    letter(axes, 0, "distance over time, three ranges")
     label_ends(axes, ends)
 
 
@@ -98,7 +94,6 @@ def _over_range(axes: Axes, spec: ObjectiveSpec, values: FloatArray, seed: int) 
     axes.plot(_GRID, center, color=LIGHT.fixed, lw=2)
     axes.margins(x=0)
     axes.set(xlabel="interaction range (m)", ylabel=spec.with_unit(spec.symbol))
-    letter(axes, 1, f"{spec.symbol} against the range")
 
 
 def _best_ranges(axes: Axes, values: FloatArray, best: stats.Estimate) -> None:
@@ -108,8 +103,7 @@ def _best_ranges(axes: Axes, values: FloatArray, best: stats.Estimate) -> None:
     axes.axvline(best.mean, color=LIGHT.fixed, lw=2)
     axes.axvline(10, color=LIGHT.accent, ls="--", lw=1.5)
     axes.margins(x=0)
-    axes.set(xlabel="interaction range (m)", ylabel="flocks")
-    letter(axes, 2, "best range of each flock")
+    axes.set(xlabel="interaction range (m); dashed: the paper's 10 m", ylabel="flocks")
 
 
 def aimed_beside(measured: Mapping[str, Arrays]) -> Figure:

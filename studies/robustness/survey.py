@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,6 +15,7 @@ from flockesc_env.common.stats import Estimate, FloatArray, argmax, mean
 from flockesc_env.jobs import Arrays
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.models import records
+from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import PRESETS
 from studies.measurements import Runner, means
 from studies.paper.plan import PAPER_OBJECTIVES
@@ -21,6 +23,9 @@ from studies.robustness.plan import QUESTIONS, Grid, attacked_presets, grid_of
 from studies.study import RESULTS_FILE, Results, Study, document, template
 from studies.style import ROW, caption, draw_forest, subplots
 
+TIME_STEPS: Final = (0.1, 0.05, 0.025, 0.0125)  # s
+DURATION: Final = 12.0  # s, of the paper's flock
+ENDS: Final = (0.0, 100.0)  # m; the ranges that 10 m is compared with
 OBJECTIVES = {spec.symbol: spec.name for spec in PAPER_OBJECTIVES}  # symbol and column of every objective
 
 
@@ -119,11 +124,15 @@ class PresetResult:
 
 @dataclass(frozen=True)
 class RobustnessResults(Results):
-    """Results of the survey; ``num_flocks`` choose the ranges, and as many others measure them."""
+    """Results of the survey; ``num_flocks`` choose the ranges, and as many others measure them.
+
+    ``time_steps`` are gains in J_mean of 10 m over ``ENDS`` in the paper's flock, all flocks, by time step.
+    """
 
     command: str
     num_flocks: int
     presets: tuple[PresetResult, ...]
+    time_steps: dict[str, tuple[Estimate, ...]]
     versions: dict[str, str]
 
     def by_question(self) -> dict[str, list[PresetResult]]:
@@ -142,6 +151,11 @@ def measure(runner: Runner, output: Path, num_flocks: int, names: Sequence[str] 
         name: seed_jobs(OUTCOMES, scenario, grid_of(scenario).actions, seeds)
         for name, scenario in scenarios.items()
     }
+    shortened = {
+        f"{step:g}": FlockScenario(time_step=step, num_steps=round(DURATION / step)) for step in TIME_STEPS
+    }
+    for step, flock in shortened.items():
+        jobs[step] = seed_jobs(OUTCOMES, flock, (10.0, *ENDS), seeds)
     measured = runner.run(jobs, "Measuring")
     note("measured; statistics take some seconds per preset")
     presets = []
@@ -153,7 +167,9 @@ def measure(runner: Runner, output: Path, num_flocks: int, names: Sequence[str] 
         presets.append(PresetResult(name, description, question, grid, outcomes))
     chosen = "" if names is None else f" --presets {' '.join(names)}"
     command = f"python -m studies robustness --num-flocks {num_flocks}{chosen}"
-    results = RobustnessResults(command, num_flocks, tuple(presets), records.versions("scipy"))
+    curves = {step: measured[step]["min_mean_distance"] for step in shortened}
+    gains = {step: means(curve[:1] - curve[1:]) for step, curve in curves.items()}
+    results = RobustnessResults(command, num_flocks, tuple(presets), gains, records.versions("scipy"))
     write_text(output / RESULTS_FILE, document(results))
 
 

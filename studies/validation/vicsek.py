@@ -67,8 +67,7 @@ def periodic_flock(num_agents: int, **fields: Any) -> FlockScenario:
 
 def mean_order(scenario: FlockScenario, noises: Sequence[float], skip: int, seeds: range) -> Arrays:
     """Return time means of the polarization, shape (noises, seeds)."""
-    late = scan(scenario, "angular_noise", noises, 1.0, seeds).polarization[..., skip:]
-    return {"mean": late.mean(axis=-1)}
+    return {"mean": scan(scenario, {"angular_noise": noises}, 1.0, seeds, skip=skip).means()}
 
 
 def jobs(scale: float) -> dict[str, list[Job]]:

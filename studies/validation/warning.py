@@ -199,6 +199,7 @@ def figure(results: ValueOfWarnings) -> Figure:
         axes.set_xticks(range(len(columns)), [f"{sensing:g} m, {a:g}" for sensing, a in columns], rotation=90)
         axes.set_yticks(range(len(rows)), [] if index == 1 else rows)  # (b) has the rows of (a)
         axes.tick_params(labelsize="small")
+        axes.set_xlabel("flees within, alignment")
         letter(axes, index, spec.symbol)
     return figure
 

@@ -224,13 +224,26 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
         )
     ),
     *(
-        (partial(fe.scan, DRAWN, scanned, values, 5.0, [1]), field)
-        for scanned, values, field in (
-            ("predators[0].position[1]", [1.0], "predators[0].position[1]"),
-            ("predator_range", [1.0], "predator_range"),
-            *((name, [1.0], "field") for name in ("angular_nois", "motion.nothing", "speed.x", "num_steps")),
-            ("num_agents", [2.5], "num_agents"),
-            ("angular_noise", [1.0, 7.0], "angular_noise"),
+        (partial(fe.scan, DRAWN, values, 5.0, [1], **options), field)
+        for values, options, field in (
+            ({"predators[0].position[1]": [1.0]}, {}, "predators[0].position[1]"),
+            ({"predator_range": [1.0]}, {}, "predator_range"),
+            *(
+                ({name: [1.0]}, {}, "values")
+                for name in ("angular_nois", "motion.nothing", "speed.x", "seed")
+            ),
+            ({"num_agents": [2.5]}, {}, "num_agents"),
+            ({"angular_noise": [1.0, 7.0]}, {}, "angular_noise"),
+            ({"angular_noise": [1.0, 2.0], "mass": [1.0]}, {}, "mass"),
+            ({"interaction_range": [1.0]}, {}, "values"),
+            *(
+                (
+                    {},
+                    {"measures": (lambda r, _, found=found: r if found == "r" else found,)},
+                    "measures[<lambda>]",
+                )
+                for found in (None, "r", "0", 1j, np.nan, [1.0])
+            ),
         )
     ),
     (lambda: fe.rollout(table.LINE, fe.FixedRange(0.1), [0], per_agent=True), "per_agent"),

@@ -19,16 +19,9 @@ import pytest
 from envs import ADAPTERS, Adapter, draw, has_ended, start
 from gymnasium.error import ResetNeeded
 from gymnasium.vector import AutoresetMode
-from hypothesis import settings
+from hypothesis import settings, stateful
 from hypothesis import strategies as st
-from hypothesis.stateful import (
-    Bundle,
-    RuleBasedStateMachine,
-    initialize,
-    precondition,
-    rule,
-    run_state_machine_as_test,
-)
+from hypothesis.stateful import Bundle, RuleBasedStateMachine, initialize, precondition, rule
 from option_table import small_flock
 from same import plain, spoil
 from stable_baselines3.common.vec_env import VecEnv
@@ -245,7 +238,7 @@ def test_the_seed_and_the_actions_determine_the_state(name: str) -> None:
     # A new class per environment: hypothesis stores rules in classes.
     machine = type("Machine", (Machine,), {"adapter": ADAPTERS[name]})
     run = settings(max_examples=10, stateful_step_count=40)
-    run_state_machine_as_test(machine, settings=run)
+    stateful.run_state_machine_as_test(machine, settings=run)
 
 
 @pytest.mark.parametrize("make", [fe.parallel_env, fe.PredatorEnv])

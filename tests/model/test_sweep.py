@@ -11,6 +11,7 @@ import flockesc_env as fe
 from flockesc_env.common import stats
 from flockesc_env.common.errors import InputError
 from flockesc_env.models import FlockSweepResult, LineSweepResult
+from flockesc_env.scenario import PurePursuit
 
 RANGES = [0.0, 5.0, 30.0]
 SEEDS = [4, 2**64 - 1, 17, 3]
@@ -117,6 +118,17 @@ def test_tables_of_runs_hold_the_runs() -> None:
     assert last.select("vx", "vy").to_numpy().tolist() == run.velocities[-1].tolist()
     assert last["is_caught"].to_list() == (run.caught_at >= 0).tolist()
     assert agents["is_caught"].sum() == (len(run.times) - run.caught_at[run.caught_at >= 0]).sum()
+    predators, catches = run.predators_table(), run.catches_table()
+    assert predators.filter(pl.col("time") == run.times[7]).rows() == [
+        (run.times[7], 0, *run.predator_positions[7, 0])
+    ]
+    assert sorted(catches["agent"]) == np.flatnonzero(run.caught_at >= 0).tolist() != []
+    assert catches["time"].is_sorted()
+    assert catches["time"].to_list() == run.times[run.caught_at[catches["agent"]]].tolist()
+    assert catches["distance"].max() <= run.scenario.capture_radius
+    pair = run.scenario.replace(predators=(PurePursuit(), PurePursuit((130.0, 130.0), (-10.0, -10.0))))
+    assert set(fe.simulate(pair, 10.0, seed=1).catches_table()["predator"]) == {0, 1}
+    assert fe.simulate("order", 10.0, seed=1).catches_table().height == 0
     line = fe.simulate("paper-line", 0.1, seed=1)
     assert line.table()["x_3"].to_list() == line.states[:, 3].tolist()
     for scenario in ("capture", "paper-line"):

@@ -159,6 +159,17 @@ SCRIPTS: dict[str, tuple[str, list[str]]] = {
         """,
         ["interrupted"] * 5,
     ),
+    "the threads of a scan end": (
+        """
+        signal.signal(signal.SIGALRM, signal.default_int_handler)
+        signal.setitimer(signal.ITIMER_REAL, 1.0)  # reaches the main thread, which waits
+        try:
+            fe.scan(flock, {}, 1.0, range(9), every=10**9)
+        except KeyboardInterrupt:
+            print("interrupted", flush=True)
+        """,
+        ["interrupted"],
+    ),
     "a handler that does not raise lets the sweep finish": (
         """
         seen, count = [], 50

@@ -23,6 +23,7 @@ from option_table import small_flock
 import flockesc_env as fe
 from flockesc_env import policies, scenario
 from flockesc_env.models import Trajectory
+from flockesc_env.models.order import MEASURES
 from flockesc_env.policies import Architecture
 
 DEEP: list[Any] = []
@@ -85,15 +86,22 @@ def seeds(good: Sequence[int]) -> Kind:
     )
 
 
-def floats(good: Any, *, is_signed: bool = True, any_length: bool = False, or_number: bool = False) -> Kind:
-    """Return an array of finite numbers, at least 0 unless they are signed."""
+def floats(
+    good: Any,
+    *,
+    is_signed: bool = True,
+    any_length: bool = False,
+    or_number: bool = False,
+    gaps: bool = False,
+) -> Kind:
+    """Return an array of finite numbers, at least 0 unless they are signed; or of NaN, with ``gaps``."""
     array = np.asarray(good, np.float64)
     near = [array.astype(other) for other in (str, object, complex, bool)]
     near += [array[..., np.newaxis], array[:0]]
     if not any_length:
         near += [array[:-1], np.concatenate([array, array]), np.concatenate([array, array[:1]])]
     near += [] if or_number else [5, 0.5, np.array(1.0)]
-    for entry in (np.nan, np.inf, -np.inf, *([] if is_signed else [-1e-9])):
+    for entry in (*([] if gaps else [np.nan]), np.inf, -np.inf, *([] if is_signed else [-1e-9])):
         spoilt = array.copy()
         spoilt.flat[-1] = entry
         near.append(spoilt)
@@ -236,6 +244,24 @@ EXCEPTIONS: dict[str, Kind] = {
     "ranges": Kind((), [("far",), (-1.0,), 3.0], accepts=(tuple,)),
     "max_episode_steps": Kind(7, [0, -2, 2.0, [7]], [np.int16(7)]),
     "order_parameter": Kind([0.5, 0.25], ([0.5, np.nan], np.array(["1"])), accepts=(np.ndarray,)),
+    "tracks": floats(POINTS, gaps=True),
+    **{f"{measure}.velocities": floats(POINTS, gaps=True) for measure in MEASURES},
+    "nearest_neighbor_distances.tracks": floats(POINTS, any_length=True, gaps=True),
+    "rotation.side": part(None),
+    "series": floats(POINTS, any_length=True),
+    "scan.values": Kind(
+        {"speed": [0.25, 0.5]},
+        [[0.5], {"speed": [np.nan]}, {"speed": 0.5}, {"speed": [[0.5]]}, {1: [0.5]}, {"num_steps": [2, 3]}],
+        [{"speed": np.array([0.25, 0.5])}],
+        accepts=(dict,),
+    ),
+    "scan.interaction_range": floats([0.25, 0.5], is_signed=False, or_number=True),
+    "measures": Kind(
+        ("polarization",),
+        ["polarization", (), ["order"], [None], ["polarization"] * 2],
+        [["polarization"]],
+        (tuple,),
+    ),
     "runs": part([("a", RUN)], [("a", 1)], [(1, RUN)], [RUN], [("a",)]),
     "progress": Kind(None, accepts=(type(len), type, bool, np.bool)),
     "simulate.interaction_range": floats(PER_AGENT, is_signed=False, or_number=True),
@@ -261,6 +287,7 @@ ALIASES = {
     "name": ("scenario", "policy"),
     "policy": ("interaction_range",),
     "values": ("speed",),
+    "tracks": ("velocities",),
     "actions": ("action",),
 }
 """Other names of an argument in errors."""
@@ -305,7 +332,7 @@ def _by_type(keys: tuple[str, str], members: set[Any], default: Any) -> Kind:
     good = next((GOOD[key] for key in keys if key in GOOD), good)
     if make is floats:
         any_length = name in ANY_LENGTH or "ranges" in name
-        is_range = "range" in name or keys[0] in ("ScheduledRange.schedule", "scan.values")
+        is_range = "range" in name or keys[0] == "ScheduledRange.schedule"
         or_number = float in members or name == "interaction_range"
         is_signed = not (is_range or or_number)
         return floats(good, is_signed=is_signed, any_length=any_length, or_number=or_number)

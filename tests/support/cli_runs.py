@@ -30,8 +30,7 @@ class Ran:
         self.out, self.err = capsys.readouterr()
 
     def json(self) -> dict[str, Any]:
-        document: dict[str, Any] = json.loads(self.out)
-        return document
+        return json.loads(self.out)
 
 
 Cli = Callable[..., Ran]

@@ -28,8 +28,7 @@ def forked_while(*busy: str, count: int) -> dict[str, int]:
     """Return the outcome of forks while threads of the parent ran functions of this module."""
     # Python warns about forks with threads.
     command = [sys.executable, "-W", "ignore", __file__, str(count), *busy]
-    outcome: dict[str, int] = json.loads(subprocess.check_output(command))  # noqa: S603
-    return outcome
+    return json.loads(subprocess.check_output(command))  # noqa: S603
 
 
 def played(num_threads: int | None) -> bytes:

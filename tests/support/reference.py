@@ -197,8 +197,7 @@ def directed_graph(positions: Floats, ranges: Floats) -> NDArray[np.bool]:
 def reached_by(scenario: fe.FlockScenario, state: FlockState) -> NDArray[np.bool]:
     """Return whether a predator is, or was, in range of each agent."""
     distances = predator_distances(state.positions, state.predator_positions)
-    reached: NDArray[np.bool] = state.reached | (distances <= scenario.predator_range)
-    return reached
+    return np.logical_or(state.reached, distances <= scenario.predator_range)
 
 
 def graph_of(scenario: fe.FlockScenario, state: FlockState, ranges: Floats) -> NDArray[np.bool]:

@@ -45,8 +45,7 @@ def played_in_node(cases: list[Case]) -> list[Any]:
     ended = subprocess.run(  # noqa: S603
         command, input=json.dumps(cases), capture_output=True, text=True, check=True
     )
-    found: list[Any] = json.loads(ended.stdout)
-    return found
+    return json.loads(ended.stdout)
 
 
 def play(batch: FlockBatch, start: dict[str, Any] | None = None) -> tuple[Case, str]:

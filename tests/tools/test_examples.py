@@ -9,8 +9,11 @@ import re
 import runpy
 import sys
 from base64 import b64decode
+from io import StringIO
 from pathlib import Path
 
+import numpy as np
+import polars as pl
 import pytest
 import torch
 
@@ -44,6 +47,18 @@ def test_training_runs_and_is_seeded(
     gain, low, high = gains(name, tmp_path, monkeypatch, capsys)
     assert low < gain < high
     assert gains(name, tmp_path, monkeypatch, capsys) == [gain, low, high]
+
+
+def test_tracks_become_a_flock_and_tables(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    example = runpy.run_path(str(EXAMPLES / "tracks.py"))
+    monkeypatch.setattr(sys, "argv", ["tracks.py"])
+    example["main"]()
+    assert capsys.readouterr().out.endswith("(204, 5) (51, 2, 1, 4) (204, 4)\n")
+    positions, velocities = example["arrays"](pl.read_csv(StringIO(example["synthetic"]())))
+    assert np.flatnonzero(np.isnan(positions[:, 2, 0])).tolist() == [2, 9, 16, 23]
+    np.testing.assert_allclose(velocities[5, 2], [25 * 6 / 40, 25 * 3 / 40])  # 6 pixels right, 3 up
 
 
 def test_advantages_of_the_single_file() -> None:

@@ -234,9 +234,19 @@ def words(picture: Callable[[], object]) -> set[str]:
 def test_the_first_picture_shows_the_range_of_the_first_action() -> None:
     env = make("flock", action_mode="range", render_mode="rgb_array")
     env.reset(seed=3)
-    assert {"range -", "40 m"} <= words(env.render)  # no action yet
+    assert not any("listen" in text for text in words(env.render))  # no action yet
     run = fe.simulate(env.scenario, 300.0, seed=3)
-    assert {"range 300.0 m", "300 m"} <= words(lambda: draw(run, 0))
+    assert {"all listen to 300 m", "300 m"} <= words(lambda: draw(run, 0))
+
+
+def test_the_ring_is_the_lowest_mean_distance_so_far() -> None:
+    run = fe.simulate("paper-flock", policy="per-agent-visible/search", seed=242)
+    eye = camera(recorded_view(run, 240), SIZE)
+    for distance, is_ring in ((run.mean_distance.min(), True), (run.mean_distance[-1], False)):
+        edge = eye.pixels(run.predator_positions[-1, 0] + distance * np.array([0.6, -0.8]))
+        assert near(draw(run, 240), edge, rgb(LIGHT.ink)) == is_ring
+    shown = {"95 m", "27 of 100 listen to 20 m", "70 to nobody"}
+    assert shown <= words(lambda: draw(run, 240))
 
 
 def test_a_picture_without_predators_or_agents_says_so() -> None:

@@ -54,8 +54,7 @@ def search(folder: Path, *, seed: int = 0, options: Any = None, **changes: Any) 
 
 
 def curve(run: Run) -> list[tuple[int, float]]:
-    found: list[tuple[int, float]] = json.loads((run.folder / "run.json").read_text())["curve"]
-    return found
+    return json.loads((run.folder / "run.json").read_text())["curve"]
 
 
 def test_a_search_of_a_rule_begins_with_parameters_chosen_by_hand(tmp_path: Path) -> None:

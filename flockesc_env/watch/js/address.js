@@ -1,43 +1,12 @@
 "use strict";
 
-// The state of the page in its address: #scenario=..&seed=..&policies=..&steer=you&path=..&agents=..
-
-const PATH_UNIT = 0.1; // m: pointers are rounded to it, so that a link replays the same path
-const NOWHERE = -32768;
+// The state of the page in its address: #scenario=..&seed=..&policies=..&agents=..&steer=you&guess=..
 
 /** Returns the seed in a text without leading zeros, or null if it is not an integer in [0, 2^64). */
 function parseSeed(text) {
   if (!/^\d{1,20}$/.test(text)) return null;
   const seed = BigInt(text);
   return seed < 2n ** 64n ? String(seed) : null;
-}
-
-/** A point of the plane in m as links hold it. */
-function roundedPoint(point) {
-  const bounded = (value) => Math.max(-32767, Math.min(32767, Math.round(value / PATH_UNIT)));
-  return point.map((value) => bounded(value) / 10);
-}
-
-/** The pointer's path, a point or null per step, as text. */
-function packPath(path) {
-  const numbers = Int16Array.from(
-    path.flatMap((point) => (point ? point.map((value) => Math.round(value * 10)) : [NOWHERE, NOWHERE])),
-  );
-  const bytes = String.fromCharCode(...new Uint8Array(numbers.buffer));
-  return btoa(bytes).replaceAll("+", "-").replaceAll("/", "_").replaceAll("=", "");
-}
-
-function unpackPath(text) {
-  try {
-    const bytes = bytesOf(text.replaceAll("-", "+").replaceAll("_", "/"));
-    const numbers = new Int16Array(bytes.buffer, 0, Math.floor(bytes.length / 4) * 2);
-    return Array.from({ length: numbers.length / 2 }, (_, step) => {
-      const [x, y] = [numbers[2 * step], numbers[2 * step + 1]];
-      return x === NOWHERE ? null : [x / 10, y / 10];
-    });
-  } catch {
-    return [];
-  }
 }
 
 /**
@@ -57,35 +26,33 @@ function readAddress(hash, scenarios, start) {
   const find = (name) => scenarios.find((scenario) => scenario.name === name) ?? null;
   const scenario = read("scenario", "a scenario of this page", find, find(start.scenario));
   const isSteered = read("steer", "you", (text) => text === "you" || null, false) && scenario.steered !== null;
-  const numbers = {};
   const numberIn = (least, most) => (text) => (text !== "" && text >= least && text <= most ? Number(text) : null);
-  for (const [name, { least, most }] of Object.entries(NUMBERS)) {
-    const value = read(name, `a number from ${least} to ${most}`, numberIn(least, most), undefined);
-    if (value !== undefined) numbers[name] = value;
-  }
+  const { least, most } = AGENTS;
+  const agents = read("agents", `a number from ${least} to ${most}`, numberIn(least, most), null);
+  const largest = scenario.ranges.at(-1);
+  const guess = read("guess", `a range from 0 to ${largest}`, numberIn(0, largest), null);
   const first = scenario.start ? null : (start.seed ?? "0");
   const seed = read("seed", "an integer from 0 to 2^64 - 1", parseSeed, first);
   const time = read("t", "a time in s", numberIn(0, Infinity), null);
-  const path = isSteered ? unpackPath(entries.get("path") ?? "") : [];
   const listed = entries.get("policies")?.split(",").filter(Boolean) ?? [];
-  const known = ["scenario", "seed", "policies", "t", "steer", "path", ...Object.keys(NUMBERS)];
+  const known = ["scenario", "seed", "policies", "t", "steer", "agents", "guess"];
   for (const name of entries.keys()) if (name && !known.includes(name)) problems.push(`${name}: unknown entry.`);
   const asked = listed.map((spec) => spec.replaceAll("%2C", ",")); // a file's name can have commas
   if (asked.length > MAX_PANELS) problems.push(`policies: expected at most ${MAX_PANELS}, got ${asked.length}.`);
-  const range = scenario.best ?? scenario.firstRange ?? scenario.maxRange / 10;
-  const ofScenario = scenario.name === start.scenario ? start.policies : [`fixed:${range}`];
-  const policies = asked.length ? asked.slice(0, MAX_PANELS) : ofScenario;
-  return { flight: { scenario, seed, numbers, isSteered, path }, policies, time, problems };
+  const ofScenario = scenario.name === start.scenario ? start.policies : [`fixed:${scenario.first}`];
+  const policies = (asked.length ? asked : ofScenario).slice(0, MAX_PANELS);
+  return { flight: { scenario, seed, agents, isSteered }, policies, time, guess, problems };
 }
 
 /** Returns the part of an address after `#`. */
-function writeAddress({ scenario, seed, numbers, isSteered }, policies, path = []) {
+function writeAddress({ scenario, seed, agents, isSteered }, policies, guess = null) {
   const entries = [["scenario", scenario.name]];
   if (seed !== null) entries.push(["seed", seed]);
   const listed = policies.map((spec) => spec.replaceAll(",", "%2C")).join(",");
-  entries.push(["policies", listed], ...Object.entries(numbers));
+  entries.push(["policies", listed]);
+  if (agents !== null) entries.push(["agents", agents]);
   if (isSteered) entries.push(["steer", "you"]);
-  if (path.length) entries.push(["path", packPath(path)]);
+  if (guess !== null) entries.push(["guess", guess]);
   const plain = (text) => encodeURIComponent(text).replace(/%(2F|3A|2C)/g, (code) => decodeURIComponent(code));
   return entries.map(([name, value]) => `${name}=${plain(String(value))}`).join("&");
 }

@@ -133,14 +133,11 @@ const EASE = 5; // 1/s
 
 /** The box {low, high} in m that a camera shows: all flocks at one time. Its ends move smoothly. */
 class Window {
-  constructor() {
-    this.box = null;
-    this.frames = new WeakMap(); // the ends of the last frame of a run
-  }
+  box = null;
 
   /** Moves for some seconds toward the flocks at a time, and returns the box. */
   follow(runs, time, seconds) {
-    const ends = runs.map((run) => this.endsOf(run, frameAt(run, time).step));
+    const ends = runs.map((run) => endsAt(run, frameAt(run, time).step));
     const pick = (name, choose) => [0, 1, 2].map((axis) => choose(...ends.map((end) => end[name][axis])));
     const goal = { low: pick("low", Math.min), high: pick("high", Math.max) };
     const share = this.box ? 1 - Math.exp(-EASE * seconds) : 1;
@@ -148,11 +145,6 @@ class Window {
     const { low, high } = this.box ?? goal;
     this.box = { low: mix(low, goal.low), high: mix(high, goal.high) };
     return this.box;
-  }
-
-  endsOf(run, step) {
-    if (this.frames.get(run)?.step !== step) this.frames.set(run, { step, ...endsAt(run, step) });
-    return this.frames.get(run);
   }
 }
 
@@ -173,7 +165,7 @@ function endsAt({ positions, predators, numAgents, numPredators, dimension, docu
   return { low, high };
 }
 
-/** Connects the camera to dragging, two fingers, ctrl + wheel, double click and the keys of a canvas. */
+/** Connects the camera to dragging, two fingers, ctrl + wheel and the keys of a canvas. */
 function bindCamera(canvas, camera, redraw) {
   const fingers = new Map();
   canvas.addEventListener("pointerdown", (event) => {
@@ -220,10 +212,6 @@ function bindCamera(canvas, camera, redraw) {
     event.preventDefault();
     event.stopPropagation(); // the arrows step through time elsewhere
     keys[event.key]();
-    redraw();
-  });
-  canvas.addEventListener("dblclick", () => {
-    camera.reset();
     redraw();
   });
 }

@@ -1,17 +1,8 @@
 "use strict";
 
-// The slider of the range and four buttons, which choose the policy of one flock.
+// The slider of the range: first for a guess, then for the reader's flock. Above it, what every range gives.
 
-/** The ranges that a slider offers: close to each other where they are small. */
-function rangesUpTo(largest, unit) {
-  const steps = { m: { 2: 0.1, 30: 0.5, Infinity: 1 }, neighbors: { 30: 1, 100: 5, Infinity: 10 } }[unit];
-  const ranges = [0];
-  while (ranges.at(-1) < largest) {
-    const [, step] = Object.entries(steps).find(([end]) => ranges.at(-1) < Number(end));
-    ranges.push(Math.min(Number((ranges.at(-1) + step).toFixed(1)), largest));
-  }
-  return ranges;
-}
+const SCALE = [60, 100]; // m, of the means and of the dots of single flocks
 
 /** The place of a range among increasing ranges: an index, or a number between two of them. */
 function placeOf(range, ranges) {
@@ -21,94 +12,122 @@ function placeOf(range, ranges) {
 }
 
 class Choice {
-  /** `choose`: called with the text of the policy that the reader chooses. */
-  constructor(root, choose, headline) {
-    Object.assign(this, { choose, headline });
-    this.title = element("h2");
-    this.slider = element("input", { type: "range", className: "ranges", min: 0, step: 1 });
-    this.slider.setAttribute("aria-label", "How far each agent listens");
-    this.trials = new Trials();
-    this.ticks = element("div", { className: "ticks", ariaHidden: "true" });
-    this.buttons = ["Nobody", "Best fixed", "Everybody", "Learned"].map((text) => {
-      const button = element("button", { type: "button" }, element("b", {}, text), element("small"));
-      button.addEventListener("click", () => choose(button.value));
-      return button;
+  /** `playground`: means over many flocks, of `fixed` ranges and `learned`, or null. */
+  constructor(page, playground) {
+    Object.assign(this, { page, playground, guess: null, friend: null, ranges: [0, 1] });
+    $("range").addEventListener("input", () => {
+      if (!page.look.asking) return page.choose(page.active, `fixed:${this.range}`);
+      page.look.asking.range = this.range;
+      $("fly").disabled = false;
+      this.showSlider(this.range);
+      page.draw();
     });
-    const buttons = element("div", { className: "buttons" }, ...this.buttons);
-    root.replaceChildren(this.title, this.trials.root, this.slider, this.ticks, buttons);
-    this.slider.addEventListener("input", () => choose(this.sliderSpec));
+    $("skip").addEventListener("click", () => this.close(true));
+    $("predict").addEventListener("submit", async (event) => {
+      event.preventDefault();
+      this.guess = this.range;
+      await page.choose(page.panels[0], `fixed:${this.guess}`);
+      this.close(true);
+    });
+    page.player.addEventListener("change", () => page.player.isPlaying && this.close(false));
   }
 
-  get sliderSpec() {
-    return `fixed:${this.ranges[Number(this.slider.value)]}`;
+  get range() {
+    return this.ranges[Number($("range").value)];
   }
 
-  /** Shows the policy of a panel's run, the `name` of its flock, and what whole runs of this flock have given. */
-  show({ run }, { scenario, unit }, name, trials, theme) {
-    const { best, maxRange } = scenario;
-    this.ranges = rangesUpTo(maxRange, unit);
-    const isFixed = run.policy?.kind === "fixed";
-    const text = isFixed ? `${run.policy.range} ${unit}` : run.title;
-    const verb = isFixed ? (unit === "m" ? "listen within" : "listen to") : "follow";
-    this.title.replaceChildren(`${name} ${verb} `, element("output", {}, text));
-    this.slider.max = this.ranges.length - 1;
-    if (isFixed) this.slider.value = Math.round(placeOf(run.policy.range, this.ranges));
-    this.slider.classList.toggle("idle", !isFixed);
-    this.slider.setAttribute("aria-valuetext", text);
-    this.slider.style.setProperty("--scale", `linear-gradient(to right, ${this.ranges.map(theme.colorOf)})`);
-    const marks = [0, 1, 10, 30, 100].filter((mark) => mark < 0.8 * maxRange);
-    const ticks = [...marks, maxRange].map((mark) => {
-      const tick = element("span", {}, String(mark));
-      tick.style.left = `${(100 * placeOf(mark, this.ranges)) / (this.ranges.length - 1)}%`;
-      return tick;
-    });
-    this.ticks.replaceChildren(...ticks);
-    const offers = [
-      ["fixed:0", `0 ${unit}`],
-      [best === null ? "" : `fixed:${best}`, `${best} ${unit}`],
-      [`fixed:${maxRange}`, `${maxRange} ${unit}`],
-      [this.headline ?? "", "each decides"],
-    ];
-    this.buttons.forEach((button, at) => {
-      const [value, note] = offers[at];
-      Object.assign(button, { value, hidden: !value, ariaPressed: String(run.spec === value) });
-      button.lastChild.textContent = note;
-    });
-    this.trials.show(trials, this.ranges, run.spec);
-  }
-}
-
-const TRIALS_HEIGHT = 64; // px
-
-/** A drawing above the slider: a dot for every range that was tried, at its objective, a line for other policies. */
-class Trials {
-  constructor() {
-    this.root = element("div", { className: "trials" });
-    this.root.setAttribute("role", "img");
+  /** Asks before the first flight: nothing on the page answers, and no circle shows a range until the reader does. */
+  ask() {
+    this.page.look.asking = { range: null };
+    document.body.classList.add("asking");
+    this.ranges = this.page.flight.scenario.ranges;
+    this.showSlider(this.ranges[Math.floor(this.ranges.length / 2)]);
+    $("range").setAttribute("aria-valuetext", "no guess yet");
+    $("fly").disabled = true;
   }
 
-  /** `trials`: {title, range, objective} by the text of the policy; the range is null for other policies. */
-  show(trials, ranges, spec) {
-    const values = [...trials.values()].map(({ objective }) => objective);
-    const [low, high] = [10 * Math.floor(Math.min(...values) / 10), 10 * Math.floor(Math.max(...values) / 10 + 1)];
-    const y = (objective) => TRIALS_HEIGHT - 8 - ((TRIALS_HEIGHT - 16) * (objective - low)) / (high - low);
-    const drawn = [...trials].map(([key, { title, range, objective }]) => {
-      const text = `${title}: ${objective.toFixed(1)} m`;
-      const name = svg("title", {}, text);
-      const className = key === spec ? "now" : "";
-      if (range === null) {
-        const at = y(objective);
-        const label = svg("text", { x: "100%", y: at < 14 ? at + 13 : at - 4, "text-anchor": "end" }, text);
-        return svg("g", {}, svg("line", { x1: 0, x2: "100%", y1: at, y2: at, class: className }, name), label);
-      }
-      const x = `${(100 * placeOf(range, ranges)) / (ranges.length - 1)}%`;
-      return svg("circle", { cx: x, cy: y(objective), r: key === spec ? 6 : 4, class: className }, name);
+  close(isFlying) {
+    if (!this.page.look.asking) return;
+    document.body.classList.remove("asking");
+    delete this.page.look.asking;
+    this.page.showAll();
+    if (isFlying) this.page.player.play();
+  }
+
+  /** Shows the ranges of a scenario, and the place of one of them. */
+  showSlider(range) {
+    const { theme } = this.page.look;
+    const { unit } = this.page.flight;
+    const place = (each) => placeOf(each, this.ranges);
+    const slider = $("range");
+    slider.max = this.ranges.length - 1;
+    if (range !== null) slider.value = Math.round(place(range));
+    slider.classList.toggle("idle", range === null);
+    slider.setAttribute("aria-valuetext", range === null ? "each agent decides" : `${range} ${unit}`);
+    slider.style.setProperty("--scale", `linear-gradient(to right, ${this.ranges.map(theme.colorOf)})`);
+    const last = this.ranges.at(-1);
+    const texts = [[0, "nobody"], ...[4, 10, 20, 40].filter((each) => each < 0.8 * last).map((each) => [each, each])];
+    $("ticks").replaceChildren(
+      ...[...texts, [last, "everybody"]].map(([each, text]) => {
+        const tick = element("span", {}, String(text));
+        tick.style.left = `${(100 * place(each)) / (this.ranges.length - 1)}%`;
+        return tick;
+      }),
+    );
+  }
+
+  /** Shows the range of the reader's flock, what whole runs of this flock gave, and the means. */
+  show() {
+    const { page } = this;
+    const { active, flight, trials } = page;
+    this.ranges = flight.scenario.ranges;
+    if (page.look.asking) return;
+    const { policy, kind, color } = active.run;
+    this.showSlider(kind === "fixed" && active.run.isLive ? policy.range : null);
+    $("choice").style.setProperty("--run", `var(--${color})`);
+    const dots = [...trials.values()].filter((each) => each.range !== null);
+    this.showMeans(dots, this.meansOf(flight));
+    showAnswer(page, this.meansOf(flight), this);
+    const ended = page.runs.filter(({ isNoted }) => isNoted);
+    const texts = ended.map(({ title, objective }) => `${title}: ${objective.toFixed(1)} m`);
+    $("announcement").textContent = `Lowest mean distance. ${texts.join(", ")}.`;
+  }
+
+  /** The means over many flocks, where they hold: in the scenario of the playground as it is. */
+  meansOf({ scenario, agents, isSteered }) {
+    return scenario.name === this.page.start.scenario && agents === null && !isSteered ? this.playground : null;
+  }
+
+  /** Draws a dot for every range that flew, and the means as a line with a band. */
+  showMeans(trials, means) {
+    const { ranges } = this;
+    const values = trials.map(({ objective }) => objective);
+    $("trials").hidden = $("trials-key").hidden = !values.length;
+    if (!values.length) return;
+    const [low, high] = means ? SCALE : [Math.floor(Math.min(...values) - 1), Math.ceil(Math.max(...values) + 1)];
+    const across = (value) => [0, ranges.length - 1].map((place) => [place, value]);
+    const [lines, bands] = [[], []];
+    if (means) {
+      const at = (name) => means.fixed.map((mean, index) => [placeOf(means.ranges[index], ranges), mean[name]]);
+      bands.push({ low: at("low"), high: at("high"), color: "var(--fixed)" });
+      lines.push({ points: at("mean"), color: "var(--fixed)", width: 2.5 });
+      lines.push({ points: across(means.learned.mean), color: "var(--learned)", width: 2.5 });
+    }
+    plot($("trials"), {
+      x: [0, ranges.length - 1],
+      y: [low, high],
+      lines,
+      bands,
+      dots: trials.map(({ range, objective, title, color }) => ({
+        at: [placeOf(range, ranges), objective],
+        color: `var(--${color})`,
+        title: `${title}: ${objective.toFixed(1)} m`,
+      })),
+      yTicks: (means ? [60, 70, 80, 90, 100] : [low, high]).map((value) => [value, `${value} m`]),
     });
-    const label = (y, text) => svg("text", { x: 0, y }, text);
-    const ends = values.length ? [label(10, `${high} m`), label(TRIALS_HEIGHT - 2, `${low} m`)] : [];
-    this.root.hidden = !trials.size;
-    this.root.replaceChildren(svg("svg", { width: "100%", height: TRIALS_HEIGHT }, ...ends, ...drawn));
-    const text = [...trials.values()].map(({ title, objective }) => `${title} ${objective.toFixed(1)} m`);
-    this.root.setAttribute("aria-label", `Whole runs of this flock: ${text.join(", ")}`);
+    const texts = trials.map(({ title, objective }) => `${title} ${objective.toFixed(1)} m`);
+    $("trials").setAttribute("aria-label", `Whole runs of this flock: ${texts.join(", ")}`);
+    const ofMeans = means ? `Lines: means of ${means.flocks.toLocaleString("en")} flocks. ` : "";
+    $("trials-key").textContent = `${ofMeans}Dots: this flock.`;
   }
 }

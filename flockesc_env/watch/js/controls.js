@@ -1,19 +1,17 @@
 "use strict";
 
-// The controls of a page that simulates: scenario, seed, numbers, pilot, links, code, files.
-
-const ORDINALS = ["First", "Second", "Third", "Fourth"];
+// The controls of a page that simulates: scenario, seed, number of agents, pilot, links, code, files.
 
 class Controls {
   constructor(page) {
     this.page = page;
+    document.body.classList.add("live");
     this.bindFlight();
     this.bindFiles();
   }
 
   bindFlight() {
     const { page } = this;
-    document.body.classList.add("live");
     const names = page.scenarios.map(({ name, label }) => new Option(label ?? name.replaceAll("-", " "), name));
     $("scenarios").append(...names);
     $("scenarios").addEventListener("change", ({ target }) => {
@@ -21,26 +19,22 @@ class Controls {
     });
     $("seed").addEventListener("change", ({ target }) => {
       const seed = parseSeed(target.value.trim());
-      if (seed === null) page.say(`seed: expected an integer from 0 to 2^64 - 1, got ${target.value}`);
-      else page.fly({ seed });
+      if (seed !== null) return page.fly({ seed });
       this.show();
+      page.say(`seed: expected an integer from 0 to 2^64 - 1, got ${target.value}`);
+    });
+    Object.assign($("agents"), { min: AGENTS.least, max: AGENTS.most });
+    $("agents").addEventListener("change", ({ target }) => {
+      if (target.checkValidity() && target.value) return page.fly({ agents: Number(target.value) });
+      page.say(`agents: expected a number from ${AGENTS.least} to ${AGENTS.most}, got ${target.value}`);
     });
     $("next").addEventListener("click", () => page.next());
     $("steer").addEventListener("click", () => page.steer(!page.flight.isSteered));
-    $("duel").addEventListener("click", async () => {
-      const shown = page.panels.map(({ run }) => run.spec);
-      const { best, maxRange } = page.flight.scenario;
-      const rivals = [`fixed:${best ?? maxRange / 10}`, page.policies.headline, `fixed:${maxRange}`, "fixed:0"];
-      page.isTouring = false;
-      await page.addPolicy(rivals.find((spec) => spec && !shown.includes(spec)) ?? shown[0]);
-      page.showAll();
-    });
     $("again").addEventListener("click", () => {
       page.again();
       page.player.play();
     });
-    for (const id of ["copy", "challenge"]) $(id).addEventListener("click", () => this.copy());
-    $("python").addEventListener("toggle", () => this.showCode());
+    $("copy").addEventListener("click", () => this.copy());
   }
 
   async copy() {
@@ -61,7 +55,7 @@ class Controls {
     const { page } = this;
     const take = async (file) => {
       const { name } = file; // with its suffix, which no built-in policy has
-      const entry = { spec: name, label: name, title: `your file ${name}`, file: name, group: "your files" };
+      const entry = { spec: name, title: `Your file ${name}`, file: name };
       try {
         if (!/\.npz$/i.test(name)) throw new Error("expected a policy file (.npz)");
         await page.policies.add({ ...entry, isDropped: true }, new Uint8Array(await file.arrayBuffer()));
@@ -81,88 +75,30 @@ class Controls {
   /** Shows the flock in the controls, in the address and in the code. */
   show() {
     const { page } = this;
-    const { scenario, seed, isSteered, path } = page.flight;
+    const { scenario, seed, isSteered, document: model, start } = page.flight;
+    const isFlying = page.panels.some(({ run }) => run.isLive); // recordings do not follow
     $("scenarios").value = scenario.name;
     $("seed").value = seed ?? "given start";
+    $("agents").value = model.num_agents;
+    $("agents").disabled = Boolean(start);
     $("about").textContent = scenario.title ? `${scenario.title}.` : "";
-    $("steer").hidden = scenario.steered === null || !page.steering.first;
+    $("next").hidden = !isFlying;
+    $("steer").hidden = scenario.steered === null || !isFlying;
     $("steer").textContent = isSteered ? "Give the predator back" : "You be the predator";
-    $("duel").hidden = page.panels.length >= MAX_PANELS;
     for (const panel of page.panels) page.policies.list(panel.select, panel.run, page.recordings);
-    page.prediction?.show(page.flight);
-    this.showNumbers();
-    this.showResults();
+    page.choice.show();
     this.showCode();
-    if (page.isTouring || document.body.classList.contains("asking")) return; // opening the page again begins again
-    const specs = page.panels.map(({ run }) => run.spec);
-    showAddress(writeAddress(page.flight, specs, path));
+    if (!page.look.asking) showAddress(page.link(null));
   }
 
-  /** Shows what whole runs have given. */
-  showResults() {
-    const { flight, steering } = this.page;
-    $("aim").textContent = flight.isSteered && steering.first ? steering.describe() : "";
-    $("challenge").hidden = ![...steering.tries.values()].some(({ now }) => now !== null);
-    this.showChoice();
-  }
-
-  /** Shows the slider of the active panel. */
-  showChoice() {
-    const { page } = this;
-    const { active, panels, flight, trials, look } = page;
-    if (!active) return;
-    const name = panels.length < 2 ? "All agents" : `${ORDINALS[panels.indexOf(active)]} flock: agents`;
-    $("choice").style.setProperty("--run", look.theme.runs[active.run.color % look.theme.runs.length]);
-    page.choice.show(active, flight, name, trials, look.theme);
-  }
-
-  /** Shows the numbers of the scenario that a reader can change. */
-  showNumbers() {
-    const { page } = this;
-    const { numbers, document: scenario } = page.flight;
-    $("numbers").replaceChildren(
-      ...page.flight.editable.map((name) => {
-        const { label, least, most, step, read } = NUMBERS[name];
-        const input = element("input", {
-          type: "number",
-          min: least,
-          max: most,
-          step,
-          value: numbers[name] ?? read(scenario),
-        });
-        input.addEventListener("change", () => {
-          const value = Number(input.value);
-          if (value >= least && value <= most) page.fly({ numbers: { ...page.flight.numbers, [name]: value } });
-          else page.say(`${label}: expected a number from ${least} to ${most}, got ${input.value}`);
-        });
-        return element("label", {}, `${label} `, input);
-      }),
-    );
-  }
-
-  /** Shows the code of the first panel at once, and what it prints when the controls rest. */
+  /** Shows the code of the first panel and, once its run has ended, what it prints. */
   showCode() {
-    const { page } = this;
-    clearTimeout(this.codeTimer);
-    if (!$("python").open) return;
-    const { run } = page.panels.find((panel) => panel.run.isLive) ?? {};
-    const code = run ? pythonCode(page.flight, run.policy, null) : null;
-    $("code").textContent = code ?? "";
+    const { flight, runs } = this.page;
+    const run = runs.find(({ isLive }) => isLive);
+    const isKnown = run?.hasEnded && !flight.isSteered;
+    const code = run ? pythonCode(flight, run.policy, isKnown ? run.objective : null) : null;
     const { file, sha256 } = run?.policy ?? {};
-    $("code-note").textContent = codeNote(page.flight, code) + (sha256 ? ` sha256 of ${file}: ${sha256}` : "");
-    if (!code) return;
-    this.codeTimer = setTimeout(() => {
-      const { flight } = page;
-      const played = flight.isSteered ? new Flight({ ...flight, isSteered: false }) : flight;
-      $("code").textContent = pythonCode(flight, run.policy, objectiveOf(played, run.policy));
-    }, 300);
+    $("code").textContent = code ?? "";
+    $("code-note").textContent = codeNote(flight, code) + (sha256 ? ` sha256 of ${file}: ${sha256}` : "");
   }
-}
-
-function codeNote({ isSteered, scenario, start, numbers }, code) {
-  if (isSteered) return "The code plays this flock with the predator of the scenario: nobody steers it.";
-  if (code) return "Python prints the same number, to the last digit.";
-  if (start) return "The flock has a given start, which no seed gives.";
-  if (!scenario.isPreset) return "The scenario has no name: the page was made with it.";
-  return numbers.speed === undefined ? "" : "There are no three lines for another predator's speed.";
 }

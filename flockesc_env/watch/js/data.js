@@ -24,6 +24,12 @@ async function decodeColumn({ dtype, data }) {
   return new ARRAYS[dtype](await inflate(bytesOf(data), "deflate"));
 }
 
+/** What a run takes from its scenario. */
+function factsOf(document) {
+  const { dimension, num_agents: numAgents, num_steps: numSteps, time_step: timeStep, predators } = document;
+  return { document, dimension, numAgents, numSteps, timeStep, numPredators: predators.length };
+}
+
 /**
  * A recorded run. Its columns are typed arrays, flat and in the order of (time, agent, axis). `LiveRun` has the same
  * columns, up to its frame `last`.
@@ -41,29 +47,19 @@ class Recording {
       title, // the readable name
       kind, // "fixed", "rule" or "learned"
       seed, // null: no seed gives this start
-      document: scenario,
+      ...factsOf(scenario),
       rangeUnit,
       rangesPerTime: documents.ranges.shape[1],
-      dimension: scenario.dimension,
-      numAgents: scenario.num_agents,
-      numPredators: scenario.predators.length,
-      numSteps: scenario.num_steps,
-      timeStep: scenario.time_step,
       last: scenario.num_steps,
-      counted: Infinity,
       hasEnded: true,
     });
   }
 }
 
-/** Whether runs begin with the same flock. */
-function areOneFlock([first, ...others]) {
-  const size = first.numAgents * first.dimension;
-  const isSame = (run) =>
-    run.numAgents === first.numAgents &&
-    run.dimension === first.dimension &&
-    run.positions.subarray(0, size).every((value, at) => value === first.positions[at]);
-  return others.every(isSame);
+/** Whether two runs begin with the same flock. */
+function isOneFlock(a, b) {
+  const start = a.positions.subarray(0, a.numAgents * a.dimension);
+  return a.numAgents === b.numAgents && start.every((value, at) => value === b.positions[at]);
 }
 
 /** The frame before a time, and the fraction of the step that has passed. */
@@ -77,6 +73,11 @@ function frameAt(run, time) {
 /** Whether an agent has been caught at a step. */
 function isCaught(run, step, agent) {
   return run.caughtAt[agent] <= step;
+}
+
+/** Ids of the agents that are not caught at a step. */
+function aliveAt(run, step) {
+  return Array.from({ length: run.numAgents }, (_, agent) => agent).filter((agent) => !isCaught(run, step, agent));
 }
 
 /** The interaction range of an agent, from one range for all or one per agent. */

@@ -22,8 +22,3 @@ function svg(tag, attributes = {}, ...children) {
 function rows(pairs) {
   return pairs.map(([name, value]) => element("div", {}, element("dt", {}, name), element("dd", {}, value)));
 }
-
-/** A number and its unit. */
-function quantity(value, unit = "m") {
-  return [value, element("small", {}, ` ${unit}`)];
-}

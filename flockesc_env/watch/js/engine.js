@@ -19,12 +19,7 @@ const columnsOf = (agents, predators, dimension) => ({
   ranges: [Float64Array, agents],
   predators: [Float32Array, predators * dimension],
   meanDistance: [Float64Array, 1],
-  minDistance: [Float64Array, 1],
   lowestMean: [Float64Array, 1],
-  meanRange: [Float32Array, 1],
-  lowRange: [Float32Array, 1],
-  highRange: [Float32Array, 1],
-  numComponents: [Uint32Array, 1],
   survivors: [Uint32Array, 1],
 });
 
@@ -33,20 +28,18 @@ class LiveRun {
   /** `flight`: which flock it is (see `Flight`). */
   constructor(flight, policy) {
     const { document, unit } = flight;
+    const { spec, title, kind } = policy;
     Object.assign(this, {
+      spec,
+      title,
+      kind,
       isLive: true,
       flight,
       seed: flight.start ? null : flight.seed,
-      document,
+      ...factsOf(document),
       rangeUnit: unit,
-      dimension: document.dimension,
-      numAgents: document.num_agents,
-      numPredators: document.predators.length,
-      numSteps: document.num_steps,
-      timeStep: document.time_step,
       rangesPerTime: document.num_agents,
       capacity: 0,
-      counted: 0, // frames whose components are counted
       policy,
       pushes: [], // actions of the predators, by step
       targets: [], // where the reader pointed, by step
@@ -57,18 +50,6 @@ class LiveRun {
     this.chooseRanges = policy.start(this);
     this.note();
     this.decide();
-  }
-
-  get spec() {
-    return this.policy.spec;
-  }
-
-  get title() {
-    return this.policy.title;
-  }
-
-  get kind() {
-    return this.policy.kind;
   }
 
   get last() {
@@ -94,34 +75,6 @@ class LiveRun {
       const chosen = this.chooseRanges();
       if (chosen.length === 1) this.ranges.fill(chosen[0], start, end);
       else this.ranges.set(chosen, start);
-    }
-    this.describeRanges(step);
-  }
-
-  describeRanges(step) {
-    const ranges = this.ranges.subarray(step * this.numAgents, (step + 1) * this.numAgents);
-    let [sum, squares, low, high] = [0, 0, Infinity, 0];
-    for (const range of ranges) {
-      sum += range;
-      low = Math.min(low, range);
-      high = Math.max(high, range);
-    }
-    const mean = sum / ranges.length;
-    for (const range of ranges) squares += (range - mean) ** 2;
-    const deviation = Math.sqrt(squares / ranges.length);
-    this.meanRange[step] = mean;
-    this.lowRange[step] = Math.max(mean - deviation, low);
-    this.highRange[step] = Math.min(mean + deviation, high);
-  }
-
-  /** Counts the components at all frames that lack the number, but for `budget` ms at most. */
-  countComponents(budget = Infinity) {
-    const end = performance.now() + budget;
-    for (; this.counted <= this.last && performance.now() < end; this.counted++) {
-      const agents = this.agentsAt(this.counted);
-      const graph = this.graphAt(this.counted, agents);
-      const labels = agents.length ? wasm_bindgen.componentLabels(this.flight.json, ...graph) : [];
-      this.numComponents[this.counted] = new Set(labels).size;
     }
   }
 
@@ -150,7 +103,7 @@ class LiveRun {
   note() {
     const { flock, last, numAgents, dimension } = this;
     this.reserve(last + 1);
-    const [mean, least] = flock.distances;
+    const [mean] = flock.distances;
     const { positions, predators, velocities, caught } = flock;
     this.positions.set(positions, last * numAgents * dimension);
     this.headings.set(headingsOf(velocities, dimension), last * numAgents * dimension);
@@ -158,7 +111,6 @@ class LiveRun {
     for (const agent of caught) if (this.caughtAt[agent] > last) this.caughtAt[agent] = last;
     this.times[last] = last * this.timeStep;
     this.meanDistance[last] = mean;
-    this.minDistance[last] = least;
     this.lowestMean[last] = last > 0 ? Math.min(this.lowestMean[last - 1], mean) : mean;
     this.survivors[last] = numAgents - caught.length;
   }
@@ -173,28 +125,17 @@ class LiveRun {
     }
   }
 
-  /**
-   * Pairs (i, j) of agents at a frame such that i listens to j, as a flat list. `listener`: only with this i;
-   * `range`: as if this were the range of all.
-   */
-  pairsAt(step, listener = null, range = null) {
-    const agents = this.agentsAt(step);
+  /** The ids that an agent hears at a frame. `range`: as if this were the range of all, or null. */
+  heardBy(listener, step, range = null) {
+    const agents = aliveAt(this, step);
     const graph = this.graphAt(step, agents);
     if (range !== null) graph[2].fill(range);
     const self = agents.indexOf(listener);
-    if (listener !== null && !this.document.mutual)
-      graph[2].forEach((_, at, ranges) => at !== self && (ranges[at] = 0));
+    if (!this.document.mutual) graph[2].forEach((_, at, ranges) => at !== self && (ranges[at] = 0));
     const pairs = wasm_bindgen.neighborPairs(this.flight.json, ...graph);
-    const ids = [];
-    for (let at = 0; at < pairs.length; at += 2) {
-      if (listener === null || pairs[at] === self) ids.push(agents[pairs[at]], agents[pairs[at + 1]]);
-    }
-    return ids;
-  }
-
-  /** Ids of the agents that are not caught at a frame. */
-  agentsAt(step) {
-    return Array.from({ length: this.numAgents }, (_, agent) => agent).filter((agent) => !isCaught(this, step, agent));
+    const heard = [];
+    for (let at = 0; at < pairs.length; at += 2) if (pairs[at] === self) heard.push(agents[pairs[at + 1]]);
+    return heard;
   }
 
   /** Positions, headings and ranges of some agents that define the neighbor graph of a step. */

@@ -18,21 +18,17 @@ function rounded(value) {
 function drawGround(context, camera, theme) {
   context.lineWidth = 1;
   context.strokeStyle = camera.isSpatial ? theme.line : theme.grid;
-  context.fillStyle = theme.muted;
-  context.font = LABEL_FONT;
   if (camera.isSpatial) drawFloor(context, camera);
   else drawGrid(context, camera);
 }
 
-/** Writes a text on a strip of the ground, so that no grid line runs through it. */
-function label(context, text, x, y, theme) {
-  context.save();
-  context.strokeStyle = theme.ground;
-  context.lineWidth = 4;
-  context.lineJoin = "round";
-  context.strokeText(text, x, y);
+/** Writes a text around a point, on a strip of the ground. */
+function label(context, text, x, y, color, font, theme) {
+  Object.assign(context, { font, fillStyle: theme.ground, globalAlpha: 0.85, textAlign: "center" });
+  const width = context.measureText(text).width + 6;
+  context.fillRect(x - width / 2, y - 10, width, 20);
+  Object.assign(context, { fillStyle: color, globalAlpha: 1, textBaseline: "middle" });
   context.fillText(text, x, y);
-  context.restore();
 }
 
 function multiples(low, high, spacing) {
@@ -77,14 +73,11 @@ function drawScaleBar(context, camera, theme) {
   const right = camera.width - 14;
   const left = right - length * camera.pixelsPerMetre;
   const y = camera.height - 14;
-  context.strokeStyle = context.fillStyle = theme.ink;
+  context.strokeStyle = theme.ink;
   context.lineWidth = 1.5;
   for (const x of [left, right]) line(context, x, y - 4, x, y + 4);
   line(context, left, y, right, y);
-  context.font = LABEL_FONT;
-  context.textAlign = "center";
-  context.textBaseline = "bottom";
-  label(context, `${rounded(length)} m`, (left + right) / 2, y - 4, theme);
+  label(context, `${rounded(length)} m`, (left + right) / 2, y - 11, theme.ink, LABEL_FONT, theme);
 }
 
 function line(context, x0, y0, x1, y1) {

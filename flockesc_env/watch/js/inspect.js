@@ -12,6 +12,13 @@ class Inspector {
     });
   }
 
+  /** Chooses the next agent of a panel that is not caught, or the one before. */
+  move(panel, isBack, time) {
+    const ids = aliveAt(panel.run, frameAt(panel.run, time).step);
+    const at = this.chosen?.panel === panel ? ids.indexOf(this.chosen.agent) : isBack ? 0 : -1;
+    if (ids.length) this.choose(panel, ids[(at + (isBack ? -1 : 1) + ids.length) % ids.length]);
+  }
+
   /** Chooses an agent of a panel, or none. */
   choose(panel, agent) {
     this.chosen = agent === null || !panel.run.isLive ? null : { panel, agent };
@@ -26,8 +33,7 @@ class Inspector {
     const { step } = frameAt(run, time);
     if (!run.isLive || agent >= run.numAgents || isCaught(run, step, agent)) return null;
     if (this.found?.run !== run || this.found.step !== step || this.found.agent !== agent) {
-      const pairs = run.pairsAt(step, agent);
-      const heard = pairs.filter((_, at) => at % 2 === 1);
+      const heard = run.heardBy(agent, step);
       this.found = { run, agent, step, heard, range: rangeOf(run, step, agent) };
       this.describe(this.found);
     }
@@ -39,7 +45,8 @@ class Inspector {
     const mean = [0, 0, 0];
     for (const id of [agent, ...heard]) headingAt(run, step, id).forEach((part, axis) => (mean[axis] += part));
     const turned = step > 0 ? turnBetween(headingAt(run, step - 1, agent), heading, run.dimension) : "-";
-    $("agent").textContent = `Agent ${agent} listens within ${Number(range.toFixed(2))} ${run.rangeUnit}`;
+    const within = `${Number(range.toFixed(2))} ${run.rangeUnit}`;
+    $("agent").textContent = `Agent ${agent} listens ${range ? `within ${within}` : "to nobody"}`;
     $("agent-why").textContent = {
       fixed: "All agents have this range at all times.",
       rule: "The rule sets this range from the observation below.",
@@ -49,8 +56,8 @@ class Inspector {
     }[run.kind];
     $("agent-facts").replaceChildren(
       ...rows([
-        ["hears", `${heard.length} ${heard.length === 1 ? "agent" : "agents"}`],
-        ["their mean heading", turnBetween(heading, mean, run.dimension)],
+        ["hears", `${heard.length || "no"} ${heard.length === 1 ? "agent" : "agents"}`],
+        ...(heard.length ? [["mean heading with them", turnBetween(heading, mean, run.dimension)]] : []),
         ["turned in the last step", turned],
       ]),
     );

@@ -2,20 +2,24 @@
 
 // The page: builds its parts, and shows runs side by side.
 
+const LINGER = 3; // s from the last change of a ring to the end of playing, as in films
+
 /** A page that replays recorded runs. `LivePage` adds what simulates. */
 class Page {
   constructor({ versions, start }, recordings) {
-    Object.assign(this, { versions, start, recordings });
+    Object.assign(this, { versions, start, recordings, panels: [] });
     this.player = new Player();
-    this.look = { theme: readTheme(), trails: true, edges: false };
-    this.panels = [];
+    this.look = { theme: readTheme() };
     this.camera = new Camera();
     this.window = new Window();
-    this.curves = new Curves($("charts"), this.player, this.look.theme);
+    this.curves = new Curves($("charts"), this.player);
     this.player.addEventListener("again", () => this.again());
     this.player.addEventListener("change", () => this.showTime());
     bindPlayer(this.player);
-    this.bindLooks();
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+      this.look.theme = readTheme();
+      this.showAll();
+    });
     new ResizeObserver(() => this.draw()).observe($("panels"));
   }
 
@@ -41,16 +45,6 @@ class Page {
     return panel;
   }
 
-  removePanel(panel) {
-    this.panels.splice(this.panels.indexOf(panel), 1);
-    this.drop(panel);
-    this.showAll();
-  }
-
-  drop(panel) {
-    panel.root.remove();
-  }
-
   /** Starts again from the beginning. */
   again() {
     this.player.time = 0;
@@ -62,30 +56,39 @@ class Page {
     this.draw(10);
   }
 
+  get runs() {
+    return this.panels.map(({ run }) => run);
+  }
+
   /** Shows the runs and the state in every part of the page. */
   showAll() {
     if (!this.panels.length) return;
-    const runs = this.panels.map(({ run }) => run);
+    const { runs } = this;
     chooseColors(runs);
     document.body.dataset.panels = runs.length;
-    $("score").hidden = runs.length !== 2 || !runs[0].numPredators || !areOneFlock(runs);
-    const durations = runs.map((run) => run.numSteps * run.timeStep);
-    this.player.setDuration(Math.max(...durations), Math.min(...runs.map((run) => run.timeStep)));
-    this.panels.forEach((panel) => panel.show(this));
-    this.curves.setRuns(runs, this.yardstick);
+    this.showDuration();
+    this.panels.forEach((panel) => panel.show(this.rival));
+    this.curves.show(runs, this.rival);
     this.describe(runs[0]);
-    this.showKey();
     this.showTime();
   }
 
-  /** The run of the best fixed range on the same flock, or null. */
-  get yardstick() {
+  /** Playing stops when no ring changes any more, if that is known. */
+  showDuration() {
+    const { runs } = this;
+    const duration = Math.max(...runs.map((run) => run.numSteps * run.timeStep));
+    const isKnown = runs.every((run) => run.hasEnded && run.numPredators > 0);
+    const lowestAt = ({ times, lowestMean, last }) => times[lowestMean.indexOf(lowestMean[last])];
+    const stop = isKnown ? Math.min(Math.max(...runs.map(lowestAt)) + LINGER, duration) : duration;
+    this.player.setDuration(duration, Math.min(...runs.map((run) => run.timeStep)), stop);
+  }
+
+  /** The run of the best single range on the same flock, or null. */
+  get rival() {
     return null;
   }
 
   showTime() {
-    if (!this.panels.length) return;
-    this.showScore();
     this.draw();
   }
 
@@ -94,67 +97,21 @@ class Page {
     if (!this.panels.length) return;
     const now = performance.now();
     const passed = this.player.isPlaying ? Math.min((now - (this.drawn ?? now)) / 1000, 0.2) : 10;
-    const runs = this.panels.map(({ run }) => run);
-    this.camera.fit(this.window.follow(runs, this.player.time, seconds ?? passed));
+    this.camera.fit(this.window.follow(this.runs, this.player.time, seconds ?? passed));
     this.drawn = now;
-    Object.assign(this.look, { numPanels: runs.length, yardstick: this.yardstick });
     this.panels.forEach((panel) => panel.draw(this.player.time, this.look));
-  }
-
-  /** With two runs of one flock, shows which is ahead and by how much. */
-  showScore() {
-    const runs = this.panels.map(({ run }) => run);
-    if ($("score").hidden) return;
-    const [a, b] = runs.map((run) => run.lowestMean[frameAt(run, this.player.time).step]);
-    const lead = Math.abs(a - b).toFixed(1);
-    const [ahead, behind] = a >= b ? runs : [runs[1], runs[0]];
-    $("score").replaceChildren(
-      element("b", {}, lead === "0.0" ? "\u00b10 m" : `+${lead} m`),
-      element("small", {}, lead === "0.0" ? "no flock is ahead" : `${ahead.title} is ahead of ${behind.title}`),
-    );
   }
 
   say(text) {
     $("message").textContent = text;
   }
 
-  bindLooks() {
-    const read = () => {
-      for (const id of ["trails", "edges"]) this.look[id] = $(id).checked;
-      this.draw();
-    };
-    $("looks").addEventListener("change", read);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
-      this.look.theme = readTheme();
-      this.curves.redraw(this.look.theme);
-      this.showAll();
-    });
-  }
-
-  /** Shows the key of the colors and of the ring. */
-  showKey() {
-    const { rangeUnit, numPredators } = this.panels[0].run;
-    const colors = Array.from({ length: 9 }, (_, at) => this.look.theme.colorOf((at * COLOR_END) / 8));
-    const ramp = element("i");
-    ramp.style.background = `linear-gradient(to right, ${colors})`;
-    const ring = numPredators === 1 ? "\u00b7 ring: mean distance to the predator" : "";
-    $("key").replaceChildren("Range 0 ", ramp, ` ${COLOR_END} ${rangeUnit} or more ${ring}`);
-  }
-
-  /** Writes the scenario, the seed and the versions. */
+  /** Writes the number of agents, the seed and the version. */
   describe({ document: scenario, seed }) {
-    const seconds = Number((scenario.num_steps * scenario.time_step).toFixed(2));
-    const facts = [
-      `${scenario.num_agents} agents in ${scenario.dimension === 3 ? "space" : "the plane"}`,
-      `${seconds} s in ${scenario.num_steps} steps`,
-      scenario.predators.length ? `agents flee within ${scenario.predator_range} m of a predator` : "no predator",
-      seed === null ? "given start" : `seed ${seed}`,
-      `flockesc-env ${this.versions["flockesc-env"]}`,
-    ];
+    const start = seed === null ? "given start" : `seed ${seed}`;
+    const facts = [`${scenario.num_agents} agents`, start, `flockesc-env ${this.versions["flockesc-env"]}`];
     $("facts").textContent = facts.join(" \u00b7 ");
-    const values = [...Object.entries(scenario), ...Object.entries(this.versions)];
-    const text = (value) => (typeof value === "object" ? JSON.stringify(value) : String(value));
-    $("parameters").replaceChildren(...rows(values.map(([name, value]) => [name, text(value)])));
+    $("lead").hidden = $("key").hidden = !scenario.predators.length;
   }
 }
 

@@ -2,33 +2,23 @@
 
 // One run: its name, its scene and its numbers at the current time.
 
+const SILENT = 1; // range below which an agent listens to nobody: it hardly ever has a neighbor
+
 class Panel {
   constructor(page) {
     this.title = element("h2");
     this.note = element("span", { className: "note" });
-    this.whole = element("b", { className: "whole" });
-    this.close = element(
-      "button",
-      { type: "button", className: "close", ariaLabel: "Remove this flock", title: "Remove this flock" },
-      "\u00d7",
-    );
-    this.close.addEventListener("click", () => page.removePanel(this));
+    this.now = element("span", { className: "now-value" });
+    this.lowest = element("b", { className: "lowest" });
     this.canvas = element("canvas", { tabIndex: 0 });
     this.canvas.setAttribute("role", "img");
-    this.now = element("dd");
-    this.lowest = element("dd");
-    this.left = element("dd");
-    const entries = { "mean distance": this.now, "lowest so far": this.lowest, "agents left": this.left };
-    const readout = element(
-      "dl",
-      { className: "readout" },
-      ...Object.entries(entries).map(([name, value]) => element("div", {}, element("dt", {}, name), value)),
-    );
+    this.listening = element("p", { className: "listening" });
     this.root = element(
       "article",
       { className: "panel" },
-      element("header", {}, this.title, this.note, this.whole, this.close),
-      element("div", { className: "field" }, this.canvas, readout),
+      element("header", {}, this.title, this.note, this.now, this.lowest),
+      this.canvas,
+      this.listening,
     );
     this.scene = new Scene(this.canvas, page.camera);
     bindCamera(this.canvas, page.camera, () => page.draw());
@@ -39,40 +29,62 @@ class Panel {
     this.scene.setRun(run);
   }
 
-  /** Shows the name of the run's policy. */
-  show(page) {
+  /** Shows the name of the run's policy. `rival`: the run of the best single range, or null. */
+  show(rival) {
     const { run } = this;
-    this.scene.forget();
-    const best = page.flight?.scenario.best;
-    const isBest = run.isLive && typeof best === "number" && run.spec === `fixed:${best}`;
-    this.title.textContent = this.title.title = isBest ? `best ${run.title}` : run.title;
+    this.scene.rival = rival && rival !== run && isOneFlock(run, rival) ? rival : null;
+    this.title.textContent = this.title.title = run.title;
     this.note.textContent = this.note.title = noteOf(run);
-    this.close.hidden = page.panels.length < 2;
-    this.left.parentElement.hidden = run.document.capture_radius === null;
+    this.root.style.setProperty("--run", `var(--${run.color})`);
     const keys = run.flight?.isSteered ? "Arrows lead the predator, Escape lets it go." : "Arrows move the view.";
-    this.canvas.setAttribute("aria-label", `Flock under ${run.title}. Plus and minus zoom. ${keys}`);
+    const agents = run.isLive ? " N shows the next agent, Shift and N the one before." : "";
+    this.canvas.setAttribute("aria-label", `Flock under ${run.title}. Plus and minus zoom. ${keys}${agents}`);
     this.canvas.classList.toggle("steered", Boolean(run.flight?.isSteered));
   }
 
   draw(time, look) {
     const { run } = this;
-    this.root.style.setProperty("--run", look.theme.runs[run.color % look.theme.runs.length]);
     this.scene.draw(time, look);
     const { step } = frameAt(run, time);
-    const meters = (value) => (Number.isFinite(value) ? quantity(value.toFixed(1)) : ["-"]);
-    this.now.replaceChildren(...meters(run.meanDistance[step]));
-    this.lowest.replaceChildren(...meters(run.lowestMean[step]));
-    const isKnown = run.hasEnded && run.numPredators > 0;
-    this.whole.textContent = isKnown ? `${run.lowestMean[run.last].toFixed(1)} m` : "";
-    this.whole.title = "Lowest mean distance of the whole run";
-    this.left.textContent = run.survivors[step];
+    const meters = (value) => (Number.isFinite(value) ? `${value.toFixed(1)} m` : "");
+    const [now, caught] = [meters(run.meanDistance[step]), run.numAgents - run.survivors[step]];
+    this.now.textContent = [now && `now ${now}`, caught && `${caught} caught`].filter(Boolean).join(", ");
+    this.lowest.textContent = meters(run.lowestMean[step]);
+    const pieces = listening(run, step).map(([text, range]) => {
+      const dot = element("i");
+      dot.style.background = look.theme.colorOf(range);
+      return element("span", {}, dot, text);
+    });
+    this.listening.replaceChildren(...pieces);
   }
 }
 
-/** What a reader must know of a run besides its policy: how its agents see, and whether it follows the seed. */
+/** How far agents listen at a step, as pieces of a sentence, each with the range that gives its color. */
+function listening(run, step) {
+  const ranges = aliveAt(run, step).map((agent) => rangeOf(run, step, agent));
+  if (!ranges.length) return [];
+  const top = Math.max(...ranges);
+  const far = Number(top.toPrecision(3));
+  if (top < SILENT || ranges.every((range) => range === top))
+    return [[`all listen to ${top ? `${far} ${run.rangeUnit}` : "nobody"}`, top]];
+  const of100 = (test) => Math.round((100 * ranges.filter(test).length) / ranges.length);
+  const between = ranges.filter((range) => range >= SILENT && range < 0.95 * top).sort((a, b) => a - b);
+  const pieces = [
+    [`${of100((range) => range >= 0.95 * top)} of 100 listen to ${far} ${run.rangeUnit}`, top],
+    [`${of100((range) => range < SILENT)} to nobody`, 0],
+  ];
+  if (between.length >= 0.05 * ranges.length) pieces.push(["others between", between[between.length >> 1]]);
+  return pieces;
+}
+
+/** What a reader must know of a run besides its policy: where it was trained, how its agents see, and its seed. */
 function noteOf(run) {
   if (!run.isLive) return `recorded, ${run.seed === null ? "given start" : `seed ${run.seed}`}`;
   if (run.kind === "fixed" || !run.numPredators) return "";
-  const sensing = JSON.parse(run.policy.options).predator_sensing_range;
+  const { trainedIn, options } = run.policy;
+  const flown = JSON.parse(run.flight.unsteered);
+  const isSame = (field) => JSON.stringify(trainedIn[field] ?? false) === JSON.stringify(flown[field] ?? false);
+  if (trainedIn && !Object.keys(flown).every(isSame)) return "not trained for this scenario";
+  const sensing = JSON.parse(options).predator_sensing_range;
   return `predator ${sensing === null ? "always seen" : `seen within ${sensing} m`}`;
 }

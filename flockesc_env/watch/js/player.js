@@ -5,16 +5,17 @@
 class Player extends EventTarget {
   constructor() {
     super();
-    Object.assign(this, { time: 0, duration: 0, timeStep: 1, speed: 1, isPlaying: false, isSlow: false });
+    Object.assign(this, { time: 0, duration: 0, stop: 0, timeStep: 1, speed: 1, isPlaying: false });
     this.reach = (time) => time; // the latest time up to this one that can be shown
   }
 
-  setDuration(duration, timeStep) {
-    Object.assign(this, { duration, timeStep });
+  /** `stop`: the time in s at which playing ends; a reader can move on to the end of the run, and play there. */
+  setDuration(duration, timeStep, stop = duration) {
+    Object.assign(this, { duration, timeStep, stop });
   }
 
   get hasEnded() {
-    return this.time >= this.duration;
+    return this.time === this.stop || this.time >= this.duration;
   }
 
   seek(time) {
@@ -41,10 +42,10 @@ class Player extends EventTarget {
     const advance = (now) => {
       const passed = Math.min(Math.max(now - before, 0) / 1000, 0.25); // a hidden tab does not catch up
       before = now;
-      const wanted = Math.min(this.time + passed * this.speed, this.duration);
+      const end = this.time < this.stop ? this.stop : this.duration;
+      const wanted = Math.min(this.time + passed * this.speed, end);
       const time = this.reach(wanted);
-      this.isSlow = time < wanted - 1e-9;
-      if (time >= this.duration) this.isPlaying = false;
+      if (time >= end) this.isPlaying = false;
       this.seek(time);
       if (this.isPlaying) this.frame = requestAnimationFrame(advance);
       else this.dispatchEvent(new Event("end"));
@@ -64,7 +65,6 @@ class Player extends EventTarget {
 function bindPlayer(player) {
   const [play, scrub, time, speed] = ["play", "scrub", "time", "speed"].map($);
   play.addEventListener("click", () => player.toggle());
-  $("step").addEventListener("click", () => player.stepBy(1));
   scrub.addEventListener("input", () => {
     const time = Number(scrub.value); // before the pause, which shows the present time
     player.pause();
@@ -76,8 +76,7 @@ function bindPlayer(player) {
     play.setAttribute("aria-label", player.isPlaying ? "Pause" : "Play");
     Object.assign(scrub, { max: player.duration, step: player.timeStep / 10, value: player.time });
     scrub.setAttribute("aria-valuetext", `${player.time.toFixed(1)} seconds`);
-    const slow = player.isPlaying && player.isSlow ? ", slower than real time" : "";
-    time.textContent = `${player.time.toFixed(1)} of ${Number(player.duration.toFixed(1))} s${slow}`;
+    time.textContent = `${player.time.toFixed(1)} of ${Number(player.duration.toFixed(1))} s`;
   });
   const second = () => Math.max(1, Math.round(1 / player.timeStep));
   const keys = {

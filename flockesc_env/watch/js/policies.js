@@ -2,16 +2,12 @@
 
 // Policies that the page can run: fixed ranges, simple rules, and networks of policy files.
 
-/** One range for all agents. */
+/** One range for all agents: the best one of the scenario, or the reader's. */
 class FixedRange {
-  constructor(range, unit) {
-    Object.assign(this, {
-      range,
-      spec: `fixed:${range}`,
-      title: `fixed range ${range} ${unit}`,
-      kind: "fixed",
-      stepsPerAction: 1,
-    });
+  constructor(range, { unit, best }) {
+    const isBest = range === best;
+    const title = `${isBest ? "Best single range" : "Your range"}: ${range} ${unit}`;
+    Object.assign(this, { range, isBest, title, spec: `fixed:${range}`, kind: "fixed", stepsPerAction: 1 });
     this.options = JSON.stringify({ view: "agent", predator_sensing_range: null });
   }
 
@@ -21,17 +17,14 @@ class FixedRange {
 }
 
 // Rules of flockesc_env/policies/rules.py with their default numbers. NumPy compares in float32.
+const leaders = (sensingRange) => ({
+  options: { view: "agent", predator_sensing_range: sensingRange },
+  entry: "predator_direction_ahead",
+  rangeOf: (ahead) => (-ahead > Math.fround(0.8) ? 0 : 10),
+});
 const RULES = {
-  "stubborn-leaders": {
-    options: { view: "agent", predator_sensing_range: null },
-    entry: "predator_direction_ahead",
-    rangeOf: (ahead) => (-ahead > Math.fround(0.8) ? 0 : 10),
-  },
-  "stubborn-leaders-local": {
-    options: { view: "agent", predator_sensing_range: 30 },
-    entry: "predator_direction_ahead",
-    rangeOf: (ahead) => (-ahead > Math.fround(0.8) ? 0 : 10),
-  },
+  "stubborn-leaders": leaders(null),
+  "stubborn-leaders-local": leaders(30),
   "listen-while-fleeing": {
     options: { view: "flock", predator_sensing_range: null },
     entry: "heading_away",
@@ -43,14 +36,8 @@ const RULES = {
 class Rule {
   constructor(name) {
     const { options, entry, rangeOf: rule } = RULES[name];
-    Object.assign(this, {
-      entry,
-      rule,
-      spec: name,
-      title: `rule: ${name.replaceAll("-", " ")}`,
-      kind: "rule",
-      stepsPerAction: 1,
-    });
+    const title = `Rule: ${name.replaceAll("-", " ")}`;
+    Object.assign(this, { entry, rule, title, spec: name, kind: "rule", stepsPerAction: 1 });
     this.options = JSON.stringify(options);
   }
 
@@ -72,7 +59,8 @@ class NetworkPolicy {
     const { header, parameters } = await readPolicyFile(content);
     const network = new wasm_bindgen.PolicyFile(header, parameters);
     const { options, stepsPerAction } = network;
-    const names = { spec, title, file, sha256, isDropped, kind: "learned" };
+    const trainedIn = JSON.parse(header).scenario;
+    const names = { spec, title, file, sha256, isDropped, trainedIn, kind: "learned" };
     return Object.assign(new NetworkPolicy(), names, { network, options, stepsPerAction, parameters });
   }
 
@@ -85,63 +73,40 @@ class NetworkPolicy {
 
 /** The policies that a reader can choose, by the text that names them in addresses. */
 class PolicyList {
-  /** `files`: entries of policy files, with their content (`data`) or without (they lie beside the page). */
+  /** `files`: entries of policy files with their content, `data`. */
   constructor(files) {
     this.files = new Map(files.map((entry) => [entry.spec, entry]));
-    this.loaded = new Map();
   }
 
-  /** Returns the policy of a text; reads its file if necessary. Raises an error with a message for readers. */
-  async find(spec, unit = "m") {
+  /** Returns the policy of a text in a scenario. Raises an error with a message for readers. */
+  async find(spec, scenario) {
     const entry = this.files.get(spec);
     if (!entry && spec.startsWith("fixed:")) {
       const text = spec.slice("fixed:".length);
       const range = /^[+-]?[\d.]+(e[+-]?\d+)?$/i.test(text) ? Number(text) : NaN;
       if (!(range >= 0 && Number.isFinite(range))) throw new Error(`${spec}: expected a range >= 0`);
-      return new FixedRange(range, unit);
+      return new FixedRange(range, scenario);
     }
     if (!entry && Object.hasOwn(RULES, spec)) return new Rule(spec);
-    if (!this.loaded.has(spec)) {
-      if (!entry) throw new Error(`${spec}: this page has no such policy. If it is a file, drop it on the page.`);
-      await this.add(entry, entry.data ? bytesOf(entry.data) : await this.fetch(entry));
-    }
-    return this.loaded.get(spec);
-  }
-
-  async fetch({ spec }) {
-    const answer = await fetch(`policies/${spec}.npz`).catch(() => null);
-    if (!answer?.ok) throw new Error(`this page cannot read policies/${spec}.npz. Drop that file on the page.`);
-    return new Uint8Array(await answer.arrayBuffer());
+    if (!entry) throw new Error(`${spec}: this page has no such policy. If it is a file, drop it on the page.`);
+    return entry.policy ?? this.add(entry, bytesOf(entry.data));
   }
 
   /** Adds the policy of a file's bytes. */
   async add(entry, bytes) {
     const policy = await NetworkPolicy.read(bytes, entry);
-    this.files.set(entry.spec, entry);
-    this.loaded.set(entry.spec, policy);
+    this.files.set(entry.spec, { ...entry, policy });
     return policy;
   }
 
   /** Fills the list of a panel. `recordings`: recorded runs that it can show. */
   list(select, { title, spec, policy }, recordings) {
     const isFixed = policy?.kind === "fixed";
-    const isReadable = ({ data, spec }) => data || this.loaded.has(spec) || location.protocol !== "file:";
-    const options = (entries) =>
-      entries.map((entry) =>
-        Object.assign(new Option(entry.label, entry.spec), {
-          disabled: !isReadable(entry),
-          title: entry.sha256 ? `sha256 ${entry.sha256}` : "",
-        }),
-      );
-    const groups = new Map([["rules", Object.keys(RULES).map((name) => new Option(name.replaceAll("-", " "), name))]]);
-    const files = [...this.files.values()];
-    for (const group of new Set(files.map((entry) => entry.group))) {
-      groups.set(group, options(files.filter((entry) => entry.group === group)));
-    }
     select.replaceChildren(
-      new Option(isFixed ? title : "fixed range", "fixed"),
+      new Option(isFixed ? title : "One range for all", "fixed"),
       ...recordings.map((run) => new Option(`${run.title} (recorded)`, run.spec)),
-      ...[...groups].map(([label, entries]) => element("optgroup", { label }, ...entries)),
+      ...[...this.files.values()].map((entry) => new Option(entry.title, entry.spec)),
+      ...Object.keys(RULES).map((name) => new Option(new Rule(name).title, name)),
     );
     select.value = isFixed ? "fixed" : spec;
   }

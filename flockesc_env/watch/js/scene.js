@@ -2,11 +2,7 @@
 
 // Draws one run at one time onto a canvas.
 
-const TRAIL = 0.5; // s of an agent's past
-const DEPTHS = 5; // shades by which agents in space fade with their depth
-const MAX_TRAIL_PARTS = 8000; // of all trails of the page; more are slow
-const TURNS = 72; // directions of the stamps of agents
-const MAX_EDGES = 60000; // more are unreadable and slow
+const NUMBER_FONT = "bold 16px system-ui, sans-serif";
 
 /** Returns the shortest offset along an axis in a periodic domain, or the offset itself if `side` is null. */
 function shortest(offset, side) {
@@ -18,23 +14,16 @@ class Scene {
     this.canvas = canvas;
     this.camera = camera;
     this.context = canvas.getContext("2d");
-    this.stamps = new Stamps();
-    this.forget();
+    this.rival = null; // the run of the best single range on the same flock, whose ring is dotted
   }
 
   setRun(run) {
     this.run = run;
-    this.forget();
     this.points = new Float32Array(3 * run.numAgents); // projected: x, y, pixels per metre
     this.marks = new Float32Array(2 * run.numAgents); // projected headings, in units of a mark's length
   }
 
-  /** Forgets the neighbors of the last frame, for example after a change of the range. */
-  forget() {
-    this.edges = { step: -1, pairs: [] }; // found once per step, drawn in many frames
-  }
-
-  /** `look`: what is drawn (trails, edges, ..) and the colors of the theme. */
+  /** `look`: what is drawn (`asking`, `chosen`, `target`, ..) and the colors of the theme. */
   draw(time, look) {
     const { canvas, camera, context, run } = this;
     const density = window.devicePixelRatio || 1;
@@ -54,13 +43,12 @@ class Scene {
     if (camera.isSpatial) this.drawShadows();
     this.drawCaught();
     const byColor = this.agentsByColor();
-    if (look.trails) this.drawTrails(byColor);
-    if (look.edges && run.pairsAt) this.drawEdges();
     this.drawAgents(byColor);
-    if (look.guess !== undefined) this.drawChosen(this.guessOf(look.guess));
-    else this.drawRings();
+    if (!look.asking) this.drawRings();
+    else if (look.asking.range !== null) this.drawChosen(this.guessOf(look.asking.range));
     if (look.chosen?.run === run) this.drawChosen(look.chosen);
     if (look.target) this.drawTarget(look.target);
+    if (look.invitation && run.isLive) this.drawInvitation(look.invitation);
     drawScaleBar(context, camera, look.theme);
   }
 
@@ -92,8 +80,7 @@ class Scene {
   agentsByColor() {
     const { run, look, moment } = this;
     const lists = new Map();
-    const isAsking = look.guess !== undefined; // before the first flight no color answers
-    const colorOf = isAsking ? () => look.theme.muted : look.theme.colorOf;
+    const colorOf = look.asking ? () => look.theme.muted : look.theme.colorOf; // before a flight no color answers
     for (let agent = 0; agent < run.numAgents; agent++) {
       if (isCaught(run, moment.step, agent)) continue;
       const color = colorOf(rangeOf(run, moment.step, agent));
@@ -118,41 +105,16 @@ class Scene {
   drawAgents(byColor) {
     const { context, points, marks, camera } = this;
     const size = Math.min(Math.max(3 * camera.pixelsPerMetre, 6.5), 11);
-    const drawMarks = (color, agents) => {
+    for (const [color, agents] of byColor) {
       context.beginPath();
       for (const agent of agents) {
-        const length = (size * points[3 * agent + 2]) / camera.pixelsPerMetre;
-        dart(context, points[3 * agent], points[3 * agent + 1], marks[2 * agent], marks[2 * agent + 1], length);
+        const [x, y, scale] = points.subarray(3 * agent, 3 * agent + 3);
+        const [ux, uy] = marks.subarray(2 * agent, 2 * agent + 2);
+        dart(context, x, y, ux, uy, (size * scale) / camera.pixelsPerMetre);
       }
       context.fillStyle = color;
       context.fill();
-    };
-    if (!camera.isSpatial) {
-      for (const [color, agents] of byColor) {
-        const stamp = this.stamps.of(color, size);
-        for (const agent of agents) {
-          stamp(context, points[3 * agent], points[3 * agent + 1], marks[2 * agent], marks[2 * agent + 1]);
-        }
-      }
-      return;
     }
-    const depths = this.depthsOfAgents();
-    for (let depth = 0; depth < DEPTHS; depth++) {
-      context.globalAlpha = 0.5 + (0.5 * depth) / (DEPTHS - 1);
-      for (const [color, agents] of byColor)
-        drawMarks(
-          color,
-          agents.filter((agent) => depths[agent] === depth),
-        );
-    }
-  }
-
-  /** From 0 for the farthest agents to DEPTHS - 1 for the nearest, by their pixels per metre. */
-  depthsOfAgents() {
-    const scales = this.points.filter((_, at) => at % 3 === 2);
-    const far = scales.reduce((a, b) => Math.min(a, b));
-    const near = scales.reduce((a, b) => Math.max(a, b));
-    return scales.map((scale) => Math.min(Math.floor((DEPTHS * (scale - far)) / (near - far || 1)), DEPTHS - 1));
   }
 
   /** Draws a dot on the floor below every agent. */
@@ -168,55 +130,6 @@ class Scene {
       camera.project(positions[at], positions[at + 1], camera.box.low[2], out);
       context.fillRect(out[0] - 1, out[1] - 1, 2, 2);
     }
-    context.globalAlpha = 1;
-  }
-
-  drawTrails(byColor) {
-    const { context, moment } = this;
-    const { positions, numAgents, timeStep, document } = this.run;
-    const parts = Math.ceil(MAX_TRAIL_PARTS / (numAgents * this.look.numPanels));
-    const length = Math.min(Math.round(TRAIL / timeStep), parts);
-    const border = (document.periodic_side ?? Infinity) / 2; // m: a longer step is one to the other side of the world
-    const first = Math.max(0, moment.step - length);
-    const out = [0, 0, 0];
-    context.globalAlpha = 0.35;
-    context.lineWidth = 1;
-    for (const [color, agents] of byColor) {
-      context.beginPath();
-      for (const agent of agents) {
-        let [x, y] = [this.points[3 * agent], this.points[3 * agent + 1]];
-        context.moveTo(x, y);
-        for (let step = moment.step; step >= first; step--) {
-          this.projectBetween(positions, numAgents, agent, step, 0, out);
-          if (Math.hypot(out[0] - x, out[1] - y) > border * out[2]) context.moveTo(out[0], out[1]);
-          else context.lineTo(out[0], out[1]);
-          [x, y] = out;
-        }
-      }
-      context.strokeStyle = color;
-      context.stroke();
-    }
-    context.globalAlpha = 1;
-  }
-
-  drawEdges() {
-    const { context, points, look, moment, run } = this;
-    if (this.edges.step !== moment.step) this.edges = { step: moment.step, pairs: run.pairsAt(moment.step) };
-    const { pairs } = this.edges;
-    if (pairs.length > 2 * MAX_EDGES) {
-      context.fillStyle = look.theme.ink;
-      const text = `more than ${MAX_EDGES} pairs of neighbors: not drawn`;
-      return label(context, text, this.camera.width / 2, this.camera.height - 14, look.theme);
-    }
-    context.beginPath();
-    for (let at = 0; at < pairs.length; at += 2) {
-      context.moveTo(points[3 * pairs[at]], points[3 * pairs[at] + 1]);
-      context.lineTo(points[3 * pairs[at + 1]], points[3 * pairs[at + 1] + 1]);
-    }
-    context.globalAlpha = Math.min(0.5, Math.max(0.08, 400 / pairs.length));
-    context.lineWidth = 1;
-    context.strokeStyle = look.theme.ink;
-    context.stroke();
     context.globalAlpha = 1;
   }
 
@@ -242,39 +155,63 @@ class Scene {
       context.arc(x, y, range * scale, 0, 2 * Math.PI);
     }
     context.stroke();
+    if (look.asking) this.drawNumber(`${range} m`, x, Math.max(y - range * scale, 20), look.theme.ink);
   }
 
-  /** Draws where the reader points. */
-  drawTarget(target) {
+  drawNumber(text, x, y, color) {
+    label(this.context, text, x, y, color, NUMBER_FONT, this.look.theme);
+  }
+
+  /** Says that the reader can take the predator. */
+  drawInvitation(text) {
+    const [x, y] = this.predatorPixels(0);
+    this.drawTarget(this.camera.unproject(x, y), 18);
+    const middle = Math.min(Math.max(x, 80), this.camera.width - 80);
+    this.drawNumber(text, middle, y + (y < this.camera.height - 50 ? 34 : -34), this.look.theme.predator);
+  }
+
+  /** Draws a circle of some pixels, for example where the reader points. */
+  drawTarget(target, radius = 7) {
     const { context, camera, look } = this;
     const [x, y] = camera.project(...target, 0, [0, 0, 0]);
     context.lineWidth = 1.5;
     context.strokeStyle = look.theme.predator;
     context.beginPath();
-    context.arc(x, y, 7, 0, 2 * Math.PI);
+    context.arc(x, y, radius, 0, 2 * Math.PI);
     context.stroke();
   }
 
-  /** Draws the mean distance as a ring around the predator, and that of the best fixed range as a dotted ring. */
+  /**
+   * Draws the lowest mean distance so far as a ring around the predator, with its number, and the present one as a
+   * hairline. The dotted ring is the lowest mean distance of the best single range.
+   */
   drawRings() {
-    const { context, run, moment, look } = this;
-    if (run.numPredators !== 1) return;
+    const { context, run, rival, moment, look, camera } = this;
+    if (run.numPredators !== 1 || run.document.periodic_side !== null) return;
     const [x, y, scale] = this.predatorPixels(0);
-    const ring = (radius, dash) => {
-      context.beginPath();
+    const ring = (distance, color, width, dash = []) => {
+      context.strokeStyle = color;
+      context.lineWidth = width;
       context.setLineDash(dash);
-      context.arc(x, y, radius * scale, 0, 2 * Math.PI);
+      context.beginPath();
+      context.arc(x, y, distance * scale, 0, 2 * Math.PI);
       context.stroke();
+      context.setLineDash([]);
     };
-    context.lineWidth = 2;
-    context.strokeStyle = look.theme.runs[run.color % look.theme.runs.length];
-    ring(run.meanDistance[moment.step], []);
-    const { yardstick } = look;
-    context.strokeStyle = look.theme.ink;
-    context.lineWidth = 1.5;
-    const isOther = yardstick && yardstick !== run && yardstick.last >= moment.step;
-    if (isOther) ring(yardstick.meanDistance[moment.step], [2, 5]);
-    context.setLineDash([]);
+    const [lowest, color] = [run.lowestMean[moment.step], look.theme.runs[run.color]];
+    if (!Number.isFinite(lowest)) return;
+    ring(run.meanDistance[moment.step], color, 0.75);
+    if (rival) ring(rival.lowestMean[Math.min(moment.step, rival.last)], look.theme.ink, 1.5, [2, 5]);
+    ring(lowest, color, 2.5);
+    const sides = [
+      [0, 1],
+      [1, 0],
+      [0, -1],
+      [-1, 0],
+    ].map(([dx, dy]) => [x + dx * lowest * scale, y + dy * lowest * scale]);
+    const isInside = ([at, height]) => at > 30 && at < camera.width - 30 && height > 16 && height < camera.height - 16;
+    const side = sides.find(isInside);
+    if (side) this.drawNumber(`${lowest.toFixed(0)} m`, ...side, color);
   }
 
   /** The agent in the middle of the flock and those that it would hear: what a range means. */
@@ -284,7 +221,7 @@ class Scene {
     const mean = [0, 1].map((axis) => agents.reduce((sum, agent) => sum + points[3 * agent + axis], 0) / agents.length);
     const toMiddle = (agent) => Math.hypot(points[3 * agent] - mean[0], points[3 * agent + 1] - mean[1]);
     const agent = agents.reduce((a, b) => (toMiddle(b) < toMiddle(a) ? b : a));
-    return { agent, range, heard: run.pairsAt(0, agent, range).filter((_, at) => at % 2 === 1) };
+    return { agent, range, heard: run.heardBy(agent, 0, range) };
   }
 
   /** The agent nearest to a pixel, or null if none is near. */
@@ -335,10 +272,11 @@ class Scene {
       context.globalAlpha = 1;
       const from = project(Math.max(moment.step - 1, 0), 0);
       const to = project(Math.min(Math.max(moment.step, 1), run.last), 0);
-      const length = Math.hypot(to[0] - from[0], to[1] - from[1]) || 1;
+      const [dx, dy] = [to[0] - from[0], to[1] - from[1]];
+      const length = Math.hypot(dx, dy);
       context.beginPath();
       const size = (13 * scale) / camera.pixelsPerMetre;
-      dart(context, x, y, (to[0] - from[0]) / length, (to[1] - from[1]) / length, size);
+      dart(context, x, y, length ? dx / length : 1, length ? dy / length : 0, size);
       context.fill();
     }
   }
@@ -354,39 +292,4 @@ function dart(context, x, y, ux, uy, length) {
   context.lineTo(x - 0.25 * dx, y - 0.25 * dy);
   context.lineTo(x - 0.5 * dx - wx, y - 0.5 * dy - wy);
   context.closePath();
-}
-
-/** Marks of agents in every direction and color, drawn once: copies of a picture are faster than paths. */
-class Stamps {
-  constructor() {
-    this.strips = new Map();
-  }
-
-  /** A function that draws a mark of a color and a length at a pixel, in the direction (ux, uy). */
-  of(color, length) {
-    const density = window.devicePixelRatio || 1;
-    const side = 2 * Math.ceil(length * density * 0.8) + 2; // px of the canvas
-    if (this.side !== side) this.strips.clear(); // the reader zooms
-    this.side = side;
-    if (!this.strips.has(color)) this.strips.set(color, stripOf(color, length * density, side));
-    const strip = this.strips.get(color);
-    const size = side / density;
-    return (context, x, y, ux, uy) => {
-      const turn = Math.round((Math.atan2(uy, ux) / (2 * Math.PI)) * TURNS + TURNS) % TURNS;
-      context.drawImage(strip, turn * side, 0, side, side, x - size / 2, y - size / 2, size, size);
-    };
-  }
-}
-
-function stripOf(color, length, side) {
-  const strip = element("canvas", { width: TURNS * side, height: side });
-  const context = strip.getContext("2d");
-  context.fillStyle = color;
-  context.beginPath();
-  for (let turn = 0; turn < TURNS; turn++) {
-    const angle = (2 * Math.PI * turn) / TURNS;
-    dart(context, (turn + 0.5) * side, side / 2, Math.cos(angle), Math.sin(angle), length);
-  }
-  context.fill();
-  return strip;
 }

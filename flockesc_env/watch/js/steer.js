@@ -55,21 +55,29 @@ class Steering {
     canvas.addEventListener(
       "keydown",
       (event) => {
+        if (/^n$/i.test(event.key) && panel.run.isLive) return page.inspect(panel, event.shiftKey ? "before" : "next");
         if (!page.flight.isSteered || !(event.key in moves || event.key === "Escape")) return;
         event.preventDefault();
         event.stopImmediatePropagation();
         if (event.key === "Escape") return this.release();
         const from = this.pointer ?? predatorOf(panel.run, frameAt(panel.run, page.player.time).step);
-        this.pointer = from.map((part, axis) => part + NUDGE * moves[event.key][axis]);
-        page.draw();
+        this.lead(from.map((part, axis) => part + NUDGE * moves[event.key][axis]));
       },
       { capture: true },
     );
   }
 
   point(x, y) {
-    this.pointer = this.page.camera.unproject(x, y);
-    if (!this.page.player.isPlaying) this.page.draw();
+    this.lead(this.page.camera.unproject(x, y));
+  }
+
+  /** Leads the predators toward a point; the first one starts the flight. */
+  lead(point) {
+    const { player } = this.page;
+    this.pointer = point;
+    this.page.isInviting = false;
+    if (!player.isPlaying && !player.hasEnded) player.play();
+    this.page.draw();
   }
 
   release() {
@@ -78,19 +86,13 @@ class Steering {
     this.page.draw();
   }
 
-  /** The path so far: a point or null per step, as all flocks follow it. */
-  get path() {
-    if (!this.page.flight.isSteered) return [];
-    return this.first?.targets ?? [];
-  }
-
   get first() {
     return this.page.panels.find(({ run }) => run.isLive)?.run;
   }
 
   /** Makes the path so far that of the flight, so that a new run follows it. */
   keepPath() {
-    if (this.page.flight?.isSteered) this.page.flight.path = [...this.path];
+    if (this.page.flight.isSteered) this.page.flight.path = [...(this.first?.targets ?? [])];
   }
 
   /** Where the predators of a run fly: along the flight's path, else as in the first panel, else to the pointer. */
@@ -101,13 +103,13 @@ class Steering {
     if (step < flight.path.length) return flight.path[step];
     const { first } = this;
     if (first && first !== run && step < first.targets.length) return first.targets[step];
-    return this.pointer && roundedPoint(this.pointer);
+    return this.pointer;
   }
 
   /** What the predator has reached against a policy: {straight, now, best} in m. */
   triesAgainst(policy) {
     if (!this.tries.has(policy.spec)) {
-      const straight = objectiveOf(new Flight({ ...this.page.flight, path: [] }), policy);
+      const straight = new LiveRun(new Flight({ ...this.page.flight, path: [] }), policy).finish();
       this.tries.set(policy.spec, { straight, now: null, best: Infinity });
     }
     return this.tries.get(policy.spec);
@@ -117,16 +119,6 @@ class Steering {
   note({ policy, objective }) {
     const tries = this.triesAgainst(policy);
     Object.assign(tries, { now: objective, best: Math.min(tries.best, objective) });
-  }
-
-  /** Sentences about the aim, which is the first flock, and about what was reached. */
-  describe() {
-    const { policy } = this.first;
-    const { straight, now, best } = this.triesAgainst(policy);
-    const aim =
-      `You are the predator: hold a finger on the field, and it follows. Come nearer than ${straight.toFixed(1)} m ` +
-      `to the flock under ${policy.title}; the straight line does.`;
-    return now === null ? aim : `${aim} You: ${now.toFixed(1)} m. Best try: ${best.toFixed(1)} m.`;
   }
 }
 
@@ -144,10 +136,10 @@ function actionsToward({ flight, flock, numPredators, timeStep }, target) {
     const velocity = [predators[2 * numPredators + at], predators[2 * numPredators + at + 1]];
     const { max_acceleration: maxAcceleration, max_speed: maxSpeed } = flight.limits[at / 2];
     const way = [target[0] - predators[at], target[1] - predators[at + 1]];
-    const distance = norm(way) || 1e-9;
+    const distance = Math.hypot(...way) || 1e-9;
     const speed = maxSpeed * Math.min(1, distance / NEAR);
     const change = way.map((part, axis) => (speed * part) / distance - velocity[axis]);
-    const size = Math.max(maxAcceleration * timeStep, norm(change));
+    const size = Math.max(maxAcceleration * timeStep, Math.hypot(...change));
     const [x, y] = headingOf(velocity, maxSpeed) ?? towardNearest(flock, [predators[at], predators[at + 1]]);
     const bounded = (value) => Math.min(Math.max(value / size, -1), 1);
     actions[at] = bounded(x * change[0] + y * change[1]);
@@ -156,13 +148,8 @@ function actionsToward({ flight, flock, numPredators, timeStep }, target) {
   return actions;
 }
 
-/** Unlike `Math.hypot`, the same bits in every browser, so that a link replays the same flock. */
-function norm([x, y]) {
-  return Math.sqrt(x * x + y * y);
-}
-
 function headingOf(velocity, maxSpeed) {
-  const speed = norm(velocity);
+  const speed = Math.hypot(...velocity);
   return speed < 1e-9 * maxSpeed ? null : velocity.map((part) => part / speed);
 }
 
@@ -171,7 +158,7 @@ function towardNearest({ positions, caught }, [x, y]) {
   let [nearest, way] = [Infinity, [1, 0]];
   for (let at = 0; at < positions.length; at += 2) {
     const [dx, dy] = [positions[at] - x, positions[at + 1] - y];
-    const distance = norm([dx, dy]);
+    const distance = Math.hypot(dx, dy);
     if (distance === 0 || distance >= nearest || caught.includes(at / 2)) continue;
     [nearest, way] = [distance, [dx / distance, dy / distance]];
   }

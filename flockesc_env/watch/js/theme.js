@@ -5,36 +5,28 @@
 function readTheme() {
   const style = getComputedStyle(document.documentElement);
   const value = (name) => style.getPropertyValue(`--${name}`).trim();
-  const list = (name) =>
-    value(name)
-      .split(",")
-      .map((color) => color.trim());
-  const ramp = colorRamp(list("ranges"));
+  const ramp = colorRamp(value("ranges").split(/, */));
   return {
-    ink: value("ink"),
-    muted: value("muted"),
-    grid: value("grid"),
-    line: value("line"),
-    page: value("page"),
-    ground: value("ground"),
-    accent: value("accent"),
-    predator: value("predator"),
-    // Of the other colors these differ most, also with red-green blindness.
-    runs: [value("fixed"), value("learned"), ...[1, 4, 0].map((at) => list("others")[at])],
+    ...Object.fromEntries(["ink", "muted", "grid", "line", "ground", "predator"].map((name) => [name, value(name)])),
+    runs: Object.fromEntries(RUN_COLORS.map((name) => [name, value(name)])),
     colorOf: (range) => ramp(range / COLOR_END),
   };
 }
 
 const COLOR_END = 20; // m: the color scale ends here, as in films of policies that set up to 20 m
 
-const FIRST_COLORS = { fixed: 0, learned: 1, rule: 2 }; // places in a theme's `runs`
+// Names of colors in the style: the best single range, the reader's, learned policies, rules and others.
+const RUN_COLORS = ["fixed", "accent", "learned", "other-0", "other-2", "other-3", "other-4"];
+
+const FIRST_COLORS = { fixed: "fixed", learned: "learned", rule: "other-0" };
 
 /** Gives every run the color of its kind of policy or, if that is taken, the next of the other colors. */
 function chooseColors(runs) {
   const taken = new Set();
   for (const run of runs) {
-    run.color = FIRST_COLORS[run.kind];
-    while (taken.has(run.color)) run.color = Math.max(run.color + 1, FIRST_COLORS.rule);
+    const first = run.kind === "fixed" && run.isLive && !run.policy.isBest ? "accent" : FIRST_COLORS[run.kind];
+    const free = RUN_COLORS.filter((name, at) => at > 2 && !taken.has(name));
+    run.color = taken.has(first) ? (free[0] ?? first) : first;
     taken.add(run.color);
   }
 }

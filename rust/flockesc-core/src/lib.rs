@@ -45,4 +45,4 @@ pub use observation::{ExtraEntries, View, flock_entries, predator_entries};
 pub use parallel::Progress;
 pub use predator::*;
 pub use reward::{Objective, Reward};
-pub use sweep::{FlockOutcome, LineOutcome, scan_flock, sweep_flock, sweep_line};
+pub use sweep::{FlockOutcome, LineOutcome, sweep_flock, sweep_line};

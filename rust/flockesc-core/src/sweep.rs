@@ -1,4 +1,4 @@
-//! Grids of runs on the same initial states: the search over interaction ranges, and scans over scenarios.
+//! Grids of runs on the same initial states: the search over interaction ranges.
 
 use std::sync::Arc;
 
@@ -84,35 +84,6 @@ pub fn sweep_line(
     })
 }
 
-/// Runs a flock for every pair of a scenario and a seed, and returns the polarizations at the times 0..=T, in
-/// row-major order. Positions are not stored. The scenarios must be [checked](FlockConfig::check).
-///
-/// # Errors
-/// As [`sweep_flock`].
-pub fn scan_flock(
-    configs: &[Arc<FlockConfig>],
-    range: f64,
-    seeds: &[u64],
-    num_threads: Option<usize>,
-    progress: &Progress,
-) -> Result<Vec<Vec<f64>>> {
-    check_ranges("interaction_range", &[range])?;
-    let num_flocks = parallel::num_threads(num_threads).min(configs.len() * seeds.len());
-    for config in configs {
-        probe_flocks(config, num_flocks)?;
-    }
-    grid(
-        configs,
-        seeds,
-        num_threads,
-        progress,
-        |config, seed| match config.dimension {
-            2 => polarizations::<2>(config, range, seed, progress),
-            _ => polarizations::<3>(config, range, seed, progress),
-        },
-    )
-}
-
 fn grid<K: Sync, T: Send>(
     keys: &[K],
     seeds: &[u64],
@@ -141,46 +112,18 @@ fn run_flock<const D: usize>(
     seed: u64,
     progress: &Progress,
 ) -> Result<FlockOutcome> {
-    let mut objectives = [f64::INFINITY; Objective::COUNT];
-    let world = run::<D>(config, range, seed, progress, |world| {
-        for (minimum, value) in objectives.iter_mut().zip(Objective::values_of(world)) {
+    let mut world = World::<D>::new(config.drawn(seed)?, &InitialState::seeded(seed));
+    world.stop_counting();
+    let mut objectives = Objective::values_of(&world);
+    for _ in 0..config.num_steps {
+        progress.check()?;
+        world.step(Ranges::Shared(range))?;
+        for (minimum, value) in objectives.iter_mut().zip(Objective::values_of(&world)) {
             *minimum = minimum.min(value);
         }
-    })?;
+    }
     Ok(FlockOutcome {
         objectives,
         num_components: world.num_components(Ranges::Shared(range)),
     })
-}
-
-fn polarizations<const D: usize>(
-    config: &Arc<FlockConfig>,
-    range: f64,
-    seed: u64,
-    progress: &Progress,
-) -> Result<Vec<f64>> {
-    let mut found = memory::vector("num_steps", config.num_steps + 1)?;
-    run::<D>(config, range, seed, progress, |world| {
-        found.push(world.polarization());
-    })?;
-    Ok(found)
-}
-
-/// Runs a flock to its horizon, calls `record` at the times 0..=T and returns the flock.
-fn run<const D: usize>(
-    config: &Arc<FlockConfig>,
-    range: f64,
-    seed: u64,
-    progress: &Progress,
-    mut record: impl FnMut(&World<D>),
-) -> Result<World<D>> {
-    let mut world = World::<D>::new(config.drawn(seed)?, &InitialState::seeded(seed));
-    world.stop_counting();
-    record(&world);
-    for _ in 0..config.num_steps {
-        progress.check()?;
-        world.step(Ranges::Shared(range))?;
-        record(&world);
-    }
-    Ok(world)
 }

@@ -34,7 +34,7 @@ mod _core {
     use crate::models::{
         check_flock_scenario, check_line_scenario, check_memory, drawn_flock_scenario,
         episode_seed, kinds, line_observation_entries, observation_entries,
-        predator_observation_entries, scan_flock, simulate_line, sweep_flock, sweep_line,
+        predator_observation_entries, simulate_line, sweep_flock, sweep_line,
     };
     #[pymodule_export]
     use crate::rollout::{log1p, network_outputs, rollout_line, tanh_layers};

@@ -11,7 +11,7 @@ use numpy::{PyReadonlyArray1, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 
-use crate::arrays::{Dict, Object, array, flat, grid, shaped};
+use crate::arrays::{Dict, array, flat, grid, shaped};
 use crate::errors::CoreError;
 use crate::long_call::long_call;
 
@@ -107,30 +107,6 @@ pub(crate) fn sweep_flock<'py>(
     let components = grid(py, &cells, shape, |cell| cell.num_components as i64)?;
     dict.set_item("num_components", components)?;
     Ok(dict)
-}
-
-/// Returns the polarizations of all runs, shape (scenarios * seeds, T + 1); all scenarios have T steps. `report`
-/// is called with the number of finished runs.
-#[pyfunction]
-pub(crate) fn scan_flock<'py>(
-    py: Python<'py>,
-    scenarios: Vec<String>,
-    interaction_range: f64,
-    seeds: PyReadonlyArray1<'py, u64>,
-    num_threads: Option<usize>,
-    report: Option<&Bound<'py, PyAny>>,
-) -> Object<'py> {
-    let configs = scenarios.iter().map(|scenario| flock(scenario));
-    let configs = configs.collect::<PyResult<Vec<_>>>()?;
-    let seeds = seeds.as_slice()?.to_vec();
-    let runs = long_call(py, report, move |progress| {
-        flockesc_core::scan_flock(&configs, interaction_range, &seeds, num_threads, progress)
-    })?;
-    let shape = [runs.len(), runs.first().map_or(0, Vec::len)];
-    let mut entries =
-        memory::vector("seeds", runs.len().saturating_mul(shape[1])).map_err(CoreError::from)?;
-    runs.iter().for_each(|run| entries.extend_from_slice(run));
-    shaped(py, entries, shape)
 }
 
 /// Returns one array per outcome of all runs, as `sweep_flock` does.
