@@ -33,19 +33,15 @@ def fly(scenario: FlockScenario, rho: float, seeds: range, every: int = EVERY) -
     options = EnvOptions(max_range=max(rho, 1.0), steps_per_action=every, count_components=False)
     batch = FlockBatch(scenario, options, num_flocks=len(seeds), num_threads=1)
     batch.reset(range(len(seeds)), list(seeds))
-    ranges, looks = np.full(len(seeds), float(rho)), range(scenario.num_steps // every)
     states = [[batch.core.state(slot) for slot in range(len(seeds))]]
-    for _ in looks:
-        batch.step_ranges(ranges)
+    for _ in range(scenario.num_steps // every):
+        batch.step_ranges(np.full(len(seeds), float(rho)))
         states.append([batch.core.state(slot) for slot in range(len(seeds))])
     times: Any = np.arange(len(states)) * (every * scenario.time_step)
-    components = batch.core.num_components()
     flights = []
-    for slot, number in enumerate(components):
-        positions, velocities = (
-            np.array([flocks[slot][name] for flocks in states]) for name in ("positions", "velocities")
-        )
-        flights.append(Flight(times, positions, velocities, int(number)))
+    for slot, number in enumerate(batch.core.num_components()):
+        places, velocities = (np.array([row[slot][k] for row in states]) for k in ("positions", "velocities"))
+        flights.append(Flight(times, places, velocities, int(number)))
     return flights
 
 

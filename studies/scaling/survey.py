@@ -2,11 +2,10 @@
 
 import math
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Final, Self
+from typing import Any, Final
 
-import msgspec
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -132,28 +131,14 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Prediction:
-    """The law, fitted to ``FITTED``, and its gains in L over range 0 in the cells of ``PREDICTED``."""
+class Scaling(Results):
+    """All results: the law, curves, estimates of ``turns`` by control, and best ranges by objective."""
 
     law: Law
-    gains: dict[str, tuple[float, ...]]
-
-
-@dataclass(frozen=True)
-class Scaling(Results):
-    """All results: curves, estimates of ``turns`` by control and name, and the best ranges by objective."""
-
     curves: tuple[Curve, ...]
     controls: dict[str, dict[str, tuple[Estimate, ...]]]
     objectives: dict[str, Choice]
     versions: dict[str, str]
-    prediction: Prediction | None = None
-
-    @classmethod
-    def load(cls, folder: Path) -> Self:
-        """Read the results and the prediction in a folder."""
-        stored = (folder / PREDICTION_FILE).read_bytes()
-        return replace(super().load(folder), prediction=msgspec.json.decode(stored, type=Prediction))
 
     def curve(self, name: str, speed: float = PAPER_SPEED) -> Curve:
         """Return the curve of a cell."""
@@ -168,7 +153,7 @@ def gains(law: Law, one: Cell, speed: float) -> tuple[float, ...]:
 
 
 def predict(runner: Runner, output: Path, scale: float) -> tuple[Law, dict[str, Arrays]]:
-    """Measure the cells of ``FITTED``, fit the law to the flocks that choose, and store the prediction."""
+    """Measure ``FITTED``, fit the law to the flocks that choose, and store its gains in ``PREDICTED``."""
     measured = runner.run({name: one.jobs(scale) for name, one in FITTED.items()}, "Fitted cells")
     chosen_on = {
         name: _gains(found["reached"][:, : found["reached"].shape[1] // 2, 0])
@@ -178,7 +163,7 @@ def predict(runner: Runner, output: Path, scale: float) -> tuple[Law, dict[str, 
         np.array(RANGES), [(FITTED[name].scenario.num_agents, first) for name, first in chosen_on.items()]
     )
     predicted = {f"{name}, {speed:.2f} v0": gains(law, CELLS[name], speed) for name, speed in PREDICTED}
-    write_text(output / PREDICTION_FILE, document(Prediction(law, predicted)))
+    write_text(output / PREDICTION_FILE, document({"law": law, "gains": predicted}))
     return law, measured
 
 
@@ -219,6 +204,7 @@ def measure(runner: Runner, output: Path, scale: float) -> None:
     played = split(objectives, FlockScenario(), OBJECTIVE_RANGES, flocks=flocks, size=10, seconds=0.2)
     values = runner.join(played, "Objectives")
     results = Scaling(
+        law=law,
         curves=tuple(curves),
         controls={
             name: {kind: means(rows) for kind, rows in found.items()} for name, found in controls.items()

@@ -121,7 +121,7 @@ def test_a_replay_without_exchange_is_the_run(policy: str | bytes) -> None:
     run = fe.simulate(FlockScenario(), policy=policy_of(policy), seed=5)
     assert controls.replay(run) == pytest.approx(run.mean_distance.min(), rel=1e-9)
     found = controls.exchange(policy, FlockScenario(), HELD_OUT[:2])
-    assert (found["played"] - found["exchanged"] > 1).all()
+    assert (found["played"] - found["exchanged"]).mean() > 1
 
 
 def test_all_is_measured_and_an_interrupted_study_continues(

@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+import json
 from pathlib import Path
 from typing import Any
 
@@ -203,7 +204,11 @@ def test_the_law_is_fitted_to_the_flocks_that_choose() -> None:
     results = survey.Scaling.load(ROOT / "results" / "scaling")
     curves = [(cell.scenario.num_agents, results.curve(name).first) for name, cell in survey.FITTED.items()]
     fitted = law.fit(np.array(survey.RANGES), curves)
-    assert vars(fitted) == pytest.approx(vars(results.prediction.law), rel=1e-6)
+    assert vars(fitted) == pytest.approx(vars(results.law), rel=1e-6)
+    predicted = json.loads((ROOT / "results" / "scaling" / survey.PREDICTION_FILE).read_text())
+    assert vars(results.law) == predicted["law"]
+    stored = [results.curve(*cell).law for cell in survey.PREDICTED]
+    np.testing.assert_allclose([*predicted["gains"].values()], stored, rtol=1e-12)
 
 
 COMMITTED = ROOT / "results" / "arms_race"
