@@ -46,7 +46,7 @@ demo: build ## train a range policy and compare it with the best fixed range (ab
 	$(BIN)/python -m training figures stubborn-leaders $(DEMO) --task per-agent-visible \
 	  --output $(DEMO)/comparison
 
-speed paper robustness findings validation arms-race: PROFILE := release
+speed paper robustness findings scaling validation arms-race: PROFILE := release
 
 .PHONY: speed
 speed: build ## benchmark this project and its peers (about 15 minutes)
@@ -65,6 +65,10 @@ robustness: build ## find the best fixed range of every flock preset (about 35 m
 .PHONY: findings
 findings: build ## measure how the best trained policies work and where they lose (about an hour)
 	$(BIN)/python -m studies findings --output results/findings
+
+.PHONY: scaling
+scaling: build ## measure the law of the best range (about an hour on one core)
+	$(BIN)/python -m studies scaling --output results/scaling
 
 .PHONY: validation
 validation: build ## measure published results of other models (about 45 minutes)

@@ -37,6 +37,7 @@ _RUNS = Path("runs/scoreboard")
 _STUDIES = {
     "paper": ("studies.paper.report:PAPER", "analysis"),
     "robustness": ("studies.robustness.survey:ROBUSTNESS", "analysis"),
+    "scaling": ("studies.scaling.survey:SCALING", "analysis"),
     "validation": ("studies.validation.survey:VALIDATION", "analysis"),
     "arms_race": ("studies.arms_race.report:ARMS_RACE", "train"),
     "findings": ("studies.findings.report:FINDINGS", "train"),
@@ -60,7 +61,7 @@ def paper(
     figures: Annotated[
         tuple[str, ...],
         arg(
-            help="write only these figures, 2 to 10, edge, force or anatomy, and measure only what they show",
+            help="write only these figures, 2 to 10, edge or force, and measure only what they show",
             metavar="[NUMBER ..]",
             help_behavior_hint="(default: all, and the report)",
         ),
@@ -179,6 +180,23 @@ def findings(
     return _run("findings", output, backend, progress=progress, scale=scale)
 
 
+def scaling(
+    *,
+    output: _Output = Path("results/scaling"),
+    scale: Annotated[float, arg(help="share of the flocks that play")] = 1.0,
+    backend: Backend = "processes",
+    progress: Progress = False,
+) -> Exit:
+    """Measure the best range in flocks of other sizes, dimensions, speeds and noise, and its law.
+
+    About an hour on one core; interrupted, run it again to continue.
+
+    Example: python -m studies scaling --scale 0.01
+    """
+    _check_share(scale)
+    return _run("scaling", output, backend, progress=progress, scale=scale)
+
+
 def scoreboard_freeze(
     names: Annotated[Positional[tuple[str, ...]], arg(help="tasks; none: all", metavar="TASK")] = (),
     *,
@@ -279,7 +297,7 @@ def _runner(folder: Path, backend: str) -> Runner:
     return Runner(jobs.Cache(folder / "cache"), runs_on, progress=True)
 
 
-_MEASURING = (paper, robustness, validation, arms_race, findings)
+_MEASURING = (paper, robustness, scaling, validation, arms_race, findings)
 _SCOREBOARD = (scoreboard_freeze, scoreboard_train, scoreboard_rewards)
 _COMMANDS: dict[str, Callable[..., Exit]] = {
     command.__name__.replace("_", "-"): command for command in (*_MEASURING, *_SCOREBOARD, reports)

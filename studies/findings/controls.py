@@ -1,8 +1,6 @@
-"""Controls of the headline policies: hidden entries of the observation, and blocked warnings."""
+"""Controls of the headline policies: exchanged velocities, and blocked warnings."""
 
-import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -10,82 +8,50 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
-from flockesc_env import Policy, rollout, tasks
+from flockesc_env import FlockScenario, Policy, rollout, simulate, tasks
 from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import ObservationLayout
-from flockesc_env.episodes.splits import HELD_OUT, TUNING
-from flockesc_env.jobs import Arrays, Job
+from flockesc_env.episodes.splits import HELD_OUT
+from flockesc_env.jobs import Arrays
+from flockesc_env.models import Trajectory
 from flockesc_env.policies import BasePolicy, PolicySpec, as_policy
 from flockesc_env.policies.setup import setup
 from flockesc_env.taskset import Task
 from studies.findings.headlines import Headline
-from studies.measurements import Runner, play_jobs, policy_of, share_of, values_by
+from studies.measurements import Runner, means, play_jobs, policy_of, share_of, split, values_by
 from studies.scoreboard.board import best_fixed_range
 
 Observations = NDArray[np.float32]
 
-HIDDEN_FILE: Final = "ablation.parquet"
+EXCHANGED_FILE: Final = "exchanged.parquet"
 BLOCKED_FILE: Final = "blocking.parquet"
-HIDING_FLOCKS: Final = 100
+EXCHANGING_FLOCKS: Final = 60
 BLOCKING_FLOCKS: Final = 200
-TUNED: Final = 20  # tuning flocks over which a hidden entry has its mean
 
 RULES: Final = ("head-away", "stubborn-leaders")  # play ``per-agent-visible`` beside the headline policies
 BLOCKED: Final = (False, True)  # whether warnings are blocked
-NOTHING: Final = "nothing"
-
-GROUPS: Final[dict[str, tuple[str, ...]]] = {
-    "time": ("time",),
-    "escape direction": ("escape_", "heard_escape_gain", "heading_escape"),
-    "closest approach": ("closest_", "heard_closest_approach"),
-    "predator direction": ("predator_direction", "heading_away", "velocity_away"),
-    "predator distance": ("predator_distance", "mean_distance", "min_distance", "centroid_distance"),
-    "predator velocity": ("predator_velocity", "predator_speed", "predator_aim"),
-    "heard velocity": ("heard_velocity", "velocity_ahead", "velocity_left"),
-    "number of neighbors": ("neighbor_count",),
-    "alignment": ("polarization", "heard_alignment"),
-    "last range": ("last_range",),
-    "running minimum": ("running_minimum",),
-}
-"""Entries of an observation that are hidden together, by the beginnings of their names.
-
-The entries of candidate ranges belong to them without ``profile_k_``.
-"""
+EXCHANGED: Final = ("per-agent-visible", "per-agent-local")  # whose headline policies exchange velocities
 
 
-@dataclass
-class Hiding:
-    """A policy that sees a constant instead of each entry in a column of ``shown``."""
+class Watching:
+    """A policy whose observations and ranges are recorded."""
 
-    policy: Policy
-    shown: dict[int, float]
+    def __init__(self, policy: Policy) -> None:
+        self.policy = policy
+        self.seen: list[Observations] = []
+        self.ranges: list[FloatArray] = []
 
     def reset(self, rows: NDArray[np.bool]) -> None:
         """Reset the policy."""
         reset_policy(self.policy, rows)
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Let the policy choose without the hidden entries."""
-        seen = observations.copy()
-        for column, value in self.shown.items():
-            seen[:, column] = value
-        return self.policy.act(seen, spec)
-
-
-class Watching(Hiding):
-    """A policy whose observations and ranges are recorded."""
-
-    def __init__(self, policy: Policy) -> None:
-        super().__init__(policy, {})
-        self.seen: list[Observations] = []
-        self.ranges: list[FloatArray] = []
-
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Let the policy choose."""
-        actions = super().act(observations, spec)
+        actions = self.policy.act(observations, spec)
         self.seen.append(observations.copy())
         self.ranges.append(spec.actions.to_ranges(actions, len(observations)))
         return actions
@@ -106,51 +72,64 @@ class Watched(NamedTuple):
 def watch(policy: BasePolicy, flocks: range) -> Watched:
     """Run a policy on some flocks of the scenario that it was trained in."""
     watching = Watching(policy)
-    rollout(_instead(watching, policy), flocks, batch_size=len(flocks))
+    known: Any = {"per_agent": policy.per_agent, "scenario": policy.scenario}
+    watched = as_policy(watching).with_options(**known, **vars(setup(policy).options))
+    rollout(watched, flocks, batch_size=len(flocks))
     return Watched(policy.policy_spec.layout, np.array(watching.seen), np.array(watching.ranges))
 
 
-def hide(policy: bytes, column: str, shown: tuple[tuple[int, float], ...], flocks: range) -> Arrays:
-    """Return the objective of every flock under a policy that sees some columns as constants."""
-    found = policy_of(policy)
-    episodes = rollout(_instead(Hiding(found, dict(shown)), found), flocks)
-    return {"objective": getattr(episodes, column)}
+def exchange(policy: str | bytes, scenario: FlockScenario, flocks: range) -> Arrays:
+    """Return J_mean of flocks under a policy, ``played``, and ``exchanged``, as ``replay`` returns it."""
+    runs = [simulate(scenario, policy=policy_of(policy), seed=seed) for seed in flocks]
+    exchanged = [replay(run, np.random.default_rng(run.seed)) for run in runs]
+    return {"played": np.array([run.mean_distance.min() for run in runs]), "exchanged": np.array(exchanged)}
 
 
-def _instead(policy: Policy, replaced: BasePolicy) -> BasePolicy:
-    """Return a policy with the view, the scenario and the options of another one."""
-    known: Any = {"per_agent": replaced.per_agent, "scenario": replaced.scenario}
-    return as_policy(policy).with_options(**known, **vars(setup(replaced).options))
+def replay(run: Trajectory, rng: np.random.Generator | None = None) -> float:
+    """Return J_mean of a flock that starts as a run and in which every agent sets the ranges of the run.
+
+    With a random generator, the velocities that agents hear from others are exchanged among all agents in
+    every step: an agent hears as many others, but not those around it. Without one, this repeats the run.
+    """
+    model: Any = run.scenario
+    positions, velocities, means = run.positions[0], run.velocities[0], []
+    for ranges, predator in zip(run.interaction_ranges, run.predator_positions[:, 0], strict=False):
+        offsets = positions - predator
+        distances = np.linalg.norm(offsets, axis=1, keepdims=True)
+        means.append(distances.mean())
+        others = velocities if rng is None else rng.permutation(velocities)
+        hears = cdist(positions, positions) <= ranges[:, np.newaxis]
+        heard = hears.astype(float) @ others + (velocities - others)
+        force = model.speed * heard / np.linalg.norm(heard, axis=1, keepdims=True)
+        force += np.where(
+            distances <= model.predator_range, model.repulsion_strength * offsets / distances, 0
+        )
+        positions = positions + model.time_step * velocities
+        velocities = velocities + model.time_step / model.mass * force
+        velocities *= model.speed / np.linalg.norm(velocities, axis=1, keepdims=True)
+    return float(min(means))
 
 
-def measure_hidden(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:
-    """Play the headline policies with groups of entries replaced by their means over tuning flocks."""
-    flocks = share_of(HELD_OUT, HIDING_FLOCKS, scale)
-    jobs = {}
-    for headline in headlines:
-        watched = watch(headline.entry, share_of(TUNING, TUNED, scale))
-        means = watched.observations.reshape(-1, watched.observations.shape[-1]).mean(axis=0)
-        names = [re.sub(r"^profile_\d+_", "", name) for name in watched.layout.names]
-        for group, beginnings in {NOTHING: (), **GROUPS}.items():
-            shown = [(k, float(means[k])) for k, name in enumerate(names) if name.startswith(beginnings)]
-            if shown or group == NOTHING:
-                arguments = (headline.content, headline.task.spec.name, tuple(shown), flocks)
-                jobs[headline.task.name, group] = Job(f"{__name__}:hide", arguments, len(flocks) * 0.05)
-    tables = [
-        pl.DataFrame({"task": task, "removed": group, "seed": flocks, **found})
-        for (task, group), found in runner.run(jobs, "Hidden entries").items()
-    ]
-    write_table(pl.concat(tables), output / HIDDEN_FILE)
-
-
-def changes(output: Path) -> dict[str, dict[str, Estimate]]:
-    """Return the paired change of the objective by task and hidden group, in the order of ``GROUPS``."""
-    values = values_by(pl.read_parquet(output / HIDDEN_FILE), "task", "removed")
-    return {
-        task: {group: mean(values[task, group] - whole) for group in GROUPS if (task, group) in values}
-        for (task, removed), whole in values.items()
-        if removed == NOTHING
+def measure_exchanged(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:
+    """Play headline policies, a rule and the best fixed range with and without exchanged velocities."""
+    flocks = share_of(HELD_OUT, EXCHANGING_FLOCKS, scale)
+    played: dict[str, str | bytes] = {RULES[0]: RULES[0]}
+    played |= {one.task.name: one.content for one in headlines if one.task.name in EXCHANGED}
+    played["fixed"] = f"fixed:{best_fixed_range(tasks[EXCHANGED[0]]):.12g}"
+    jobs = {
+        name: split(exchange, policy, FlockScenario(), flocks=flocks, size=20, seconds=0.3)
+        for name, policy in played.items()
     }
+    found = runner.run(jobs, "Exchanged velocities").items()
+    tables = [pl.DataFrame({"policy": name, "seed": flocks, **values}) for name, values in found]
+    write_table(pl.concat(tables), output / EXCHANGED_FILE)
+
+
+def exchanged(output: Path) -> dict[str, tuple[Estimate, ...]]:
+    """Return J_mean as played, with exchanged velocities, and the paired change, by policy."""
+    groups = pl.read_parquet(output / EXCHANGED_FILE).group_by("policy", maintain_order=True)
+    rows = {name: (part["played"].to_numpy(), part["exchanged"].to_numpy()) for (name,), part in groups}
+    return {str(name): means([before, after, after - before]) for name, (before, after) in rows.items()}
 
 
 def measure_blocked(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:

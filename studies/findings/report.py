@@ -121,7 +121,7 @@ class Findings:
 def measure(runner: Runner, output: Path, scale: float) -> None:
     """Measure everything; ``scale`` is the share of the flocks that play."""
     chosen = headlines.measure(headlines.EXPLAINED, scale, runner, output)
-    controls.measure_hidden(chosen, scale, runner, output)
+    controls.measure_exchanged(chosen, scale, runner, output)
     listening.measure(chosen, scale, runner, output)
     controls.measure_blocked(chosen, scale, runner, output)
     losses.measure(chosen, scale, runner, output)

@@ -158,10 +158,9 @@ FIGURES: Final[dict[str, tuple[Iterable[str], Callable[[Measured], Figure]]]] = 
     "10": (_FLOCKS, lambda m: flock_figures.distances("min_min_distance", m, flock_seed(m))),
     "edge": ([f"aimed {offset:g}" for offset in plan.OFFSETS], flock_figures.aimed_beside),
     "force": (_CONTROLS, flock_figures.by_force),
-    "anatomy": (plan.ANATOMIES, flock_figures.anatomy),
 }
 """Measurements that a figure needs and how it is drawn, by the number in the paper. ``"edge"`` is the attack
-beside the center, ``"force"`` and ``"anatomy"`` are controls of the paper's explanation."""
+beside the center, ``"force"`` a control of the paper's explanation."""
 
 
 def draw_figures(output: Path, measured: Measured, names: Iterable[str] = FIGURES) -> list[Path]:

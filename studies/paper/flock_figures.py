@@ -17,7 +17,6 @@ from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
 from studies.measurements import means
 from studies.paper import plan
 from studies.paper.flock_claims import gain_of_100
-from studies.paper.jobs import with_parts
 from studies.paper.mechanism_claims import flock_values
 from studies.paper.plan import FLOCK, NO_FORCE, OFFSETS, PAPER_FORCE, PAPER_OBJECTIVES
 from studies.style import caption, component_colors, curve, letter, subplots
@@ -144,46 +143,6 @@ def by_force(results: Mapping[str, Arrays]) -> Figure:
         letter(axes, index, f"{spec.symbol} ({spec.unit or '%'})")
     survival = f"Survival: agents within {plan.CAPTURE_RADIUS:g} m of the predator are caught"
     caption(figure, f"Escape force s (0: nobody flees; 10: the paper's). {survival}")
-    return figure
-
-
-def anatomy(results: Mapping[str, Arrays]) -> Figure:
-    """Draw where flocks are at their smallest mean distance, and what makes it."""
-    still, fleeing, frozen = (with_parts(results[name]) for name in plan.ANATOMIES)
-    ink, fixed, alone, accent = LIGHT.ink, LIGHT.fixed, LIGHT.alone, LIGHT.accent
-    curves: dict[str, list[tuple[str, FloatArray, str, str]]] = {
-        "center to predator, and spread (m)": [
-            ("center", still["center"], fixed, "-"),
-            ("spread", still["dispersion"], accent, "-"),
-            ("center, s = 10", fleeing["center"], fixed, ":"),
-            ("spread, s = 10", fleeing["dispersion"], accent, ":"),
-        ],
-        "headings and flights (no unit)": [
-            ("polarization", still["polarization"], fixed, "-"),
-            ("straightness", still["straightness"], alone, "-"),
-            ("outwardness", still["outwardness"], accent, "-"),
-            ("the same,\nfrozen graph", frozen["outwardness"], accent, ":"),
-        ],
-        "J_mean minus that at 0 m, and its parts (m)": [
-            ("sorting", still["sorting"], accent, "-"),
-            ("turning", still["turning"], alone, "-"),
-            ("agreement", still["agreement"], fixed, "-"),
-            ("sum", still["gain"], ink, "-"),
-        ],
-        "J_mean and its controls (m)": [
-            ("measured", still["mean_distance"], ink, "-"),
-            ("aligned only", still["aligned"], fixed, "-"),
-            ("stop after 1 s", still["stopped_1"], alone, "-"),
-            ("frozen graph", frozen["mean_distance"], accent, ":"),
-        ],
-    }
-    figure, panels = subplots(6.2, 2, 2)
-    for index, (axes, (title, rows)) in enumerate(zip(panels.flat, curves.items(), strict=True)):
-        _draw(axes, rows, gap=0.11)
-        letter(axes, index, title)
-    panels[1, 0].axhline(0, color=LIGHT.muted, lw=0.8)
-    text = "Flocks that do not flee (s = 0) at their smallest mean distance"
-    caption(figure, f"{text}, 95 % intervals; dotted: as labeled")
     return figure
 
 

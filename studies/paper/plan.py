@@ -14,7 +14,7 @@ from flockesc_env.scenario.line import EscapeForce
 from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES
 from flockesc_env.scenario.presets import as_scenario
 
-CURVES, CONSENSUS, ANATOMY = (f"studies.paper.jobs:{name}" for name in ("curves", "consensus", "anatomy"))
+CURVES, CONSENSUS = (f"studies.paper.jobs:{name}" for name in ("curves", "consensus"))
 PAPER_OBJECTIVES: Final = (FLOCK_OBJECTIVES["min_mean_distance"], FLOCK_OBJECTIVES["min_min_distance"])
 
 FLOCK: Final = FlockScenario()
@@ -56,13 +56,6 @@ SCENARIOS: Final[Mapping[str, FlockScenario]] = {
 within 90 degrees of a direction across the predator's path. In the head-on start all head toward it."""
 
 SURVIVAL_SCENARIOS: Final = (PAPER, "pursuit", "interception")  # flocks in which survival is measured, too
-
-ANATOMIES: Final[Mapping[str, FlockScenario]] = {
-    "anatomy": FLOCK.replace(repulsion_strength=NO_FORCE),
-    "anatomy fleeing": FLOCK,
-    "anatomy frozen": FLOCK.replace(repulsion_strength=NO_FORCE, frozen_graph=True),
-}
-"""Flocks that do not flee, the paper's, and the former with the neighbor graph of the first step."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,6 +118,4 @@ def measurements(trials: Trials) -> dict[str, list[Job]]:
             if name in SURVIVAL_SCENARIOS:
                 flock = flock.replace(**caught)
                 plan[captures(name, strength)] = seed_jobs(OUTCOMES, flock, CONTROL_GRID, flocks)
-    for name, scenario in ANATOMIES.items():
-        plan[name] = seed_jobs(ANATOMY, scenario, CONTROL_GRID, flocks)
     return plan

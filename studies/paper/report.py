@@ -13,7 +13,6 @@ from studies.paper import plan
 from studies.paper.claims import MOST, Claim, Quantity, Verdict
 from studies.paper.figures import draw_figures, flock_seed, line_seed
 from studies.paper.flock_claims import RangeRow, by_range, flock_claims
-from studies.paper.jobs import anatomy_table
 from studies.paper.line_claims import edge_claim, line_claims, theory_claims
 from studies.paper.mechanism_claims import SECTION, force_table, mechanism_claims
 from studies.paper.plan import Trials
@@ -33,8 +32,7 @@ class PaperResults(Results):
     """Everything that the report shows.
 
     The seeds are those of the line of Figures 3 and 4 and of the flock of Figures 6 to 10. ``tables`` holds
-    columns by table and name, an estimate per range of ``CONTROL_GRID``: ``force_table`` under ``"force"``,
-    and ``anatomy_table`` of each flock under the keys of ``ANATOMIES``.
+    columns by table and name, an estimate per range of ``CONTROL_GRID``: ``force_table`` under ``"force"``.
     """
 
     trials: Trials
@@ -75,10 +73,7 @@ def measure(runner: Runner, output: Path, trials: Trials) -> None:
             *mechanism_claims(measured),
         ),
         by_range=by_range(measured["grid flock"]),
-        tables={
-            "force": force_table(measured),
-            **{name: anatomy_table(measured[name]) for name in plan.ANATOMIES},
-        },
+        tables={"force": force_table(measured)},
         versions={name: version(name) for name in ("flockesc-env", "numpy", "scipy")},
     )
     draw_figures(output, measured)

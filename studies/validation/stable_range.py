@@ -3,7 +3,7 @@
 Maynard Smith and Price, "The logic of animal conflict" (1973), define stability: no mutant does better.
 """
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from itertools import product
 from typing import Any, Final
@@ -35,6 +35,11 @@ MUTANTS: Final = 30  # agents with the lowest ids; initial states do not depend 
 PREY: Final = FlockScenario()
 CAUGHT: Final = as_scenario("capture", FlockScenario)
 FLOCKS: Final = 150  # of each split
+POPULATIONS: Final = 3  # of the replicator dynamics
+GENERATIONS: Final = 500
+FLOCKS_PER_GENERATION: Final = 2
+SELECTION: Final = 0.3  # growth of a share for an advantage of one standard deviation of the agents' payoffs
+MUTATION: Final = 0.002  # share of the agents that draw a range at random in a generation
 SPLITS: Final = {"tuning": TUNING, "held_out": HELD_OUT}
 
 
@@ -45,17 +50,17 @@ class Game:
     ``group`` is the mean payoff of flocks without mutants and ``best`` the range where it is largest.
     ``advantage`` has a row per range of residents and a column per range of mutants. ``replies`` has, by
     range of residents, the mutants with the largest advantage among those whose interval is above 0, or the
-    range itself if there are none. ``cycle`` has the ranges to which repeated replies from ``best`` lead, and
-    ``price`` is the group's payoff at ``best`` minus its mean over the cycle. ``gain`` is how the reply to
-    ``best`` changes the mutants' own payoff. ``control`` is the mean advantage, over all pairs of ranges, of
-    agents that are drawn at random after the episode.
+    range itself if there are none. ``mix`` has the shares of the ranges in the second half of the
+    generations, and ``price`` is the group's payoff at ``best`` minus that in the mix. ``gain`` is how the
+    reply to ``best`` changes the mutants' own payoff. ``control`` is the mean advantage, over all pairs of
+    ranges, of agents that are drawn at random after the episode.
     """
 
     group: tuple[Estimate, ...]
     best: Estimate
     advantage: tuple[tuple[Estimate, ...], ...]
     replies: tuple[float, ...]
-    cycle: tuple[float, ...]
+    mix: tuple[Estimate, ...]
     price: Estimate
     gain: Estimate
     control: Estimate
@@ -102,15 +107,47 @@ def play(
     return distances.reshape(-1, *ranges.shape), alive.reshape(ranges.shape)
 
 
-def payoffs(resident: float, seeds: range) -> FloatArray:
-    """Return the payoffs of all agents, shape (payoffs, seeds, mutants' ranges, agents)."""
-    ranges = np.full((len(seeds), len(RANGES), PREY.num_agents), RANGES.index(resident))
-    ranges[..., :MUTANTS] = np.arange(len(RANGES))[:, None]
-    distances, _ = play(PREY, ranges, seeds, steps=1)
-    smallest = distances.mean(axis=-1).argmin(axis=0)  # the step of the smallest mean distance
-    then = np.take_along_axis(distances, smallest[None, ..., None], axis=0)[0]
-    _, alive = play(CAUGHT, ranges, seeds, steps=CAUGHT.num_steps)
-    return np.stack([then, distances.min(axis=0), alive])
+def payoffs(
+    ranges: NDArray[np.int64], seeds: range, names: Collection[str] = PAYOFFS
+) -> dict[str, FloatArray]:
+    """Return some payoffs of all agents by name, shape (seeds, flocks per seed, agents); as ``play``."""
+    found = {}
+    if names != {"survival"}:
+        distances, _ = play(PREY, ranges, seeds, steps=1)
+        smallest = distances.mean(axis=-1).argmin(axis=0)  # the step of the smallest mean distance
+        found["distance"] = np.take_along_axis(distances, smallest[None, ..., None], axis=0)[0]
+        found["nearest distance"] = distances.min(axis=0)
+    if "survival" in names:
+        _, found["survival"] = play(CAUGHT, ranges, seeds, steps=CAUGHT.num_steps)
+    return found
+
+
+def evolve(payoff: str, populations: range, seeds: range) -> Arrays:
+    """Return the replicator dynamics of populations, which begin with equal shares of all ranges.
+
+    In every generation agents draw their ranges from the shares. A share grows by ``SELECTION`` times the
+    advantage of its agents over their flocks, in standard deviations of the payoff.
+
+    Returns:
+        ``mix``, the mean shares over the second half of the generations, shape (ranges, populations);
+        ``group``, the payoff of flocks that draw their ranges from the mean mix, shape (flocks,).
+    """
+    rng, count, mixes = np.random.default_rng(populations[0]), len(RANGES), []
+    for population in populations:
+        shares, history = np.full(count, 1 / count), []
+        for generation in range(GENERATIONS):
+            begin = population + generation * FLOCKS_PER_GENERATION
+            flocks = range(begin, begin + FLOCKS_PER_GENERATION)
+            ranges = rng.choice(count, (FLOCKS_PER_GENERATION, 1, PREY.num_agents), p=shares)
+            found = payoffs(ranges, flocks, {payoff})[payoff]
+            found = (found - found.mean(axis=-1, keepdims=True)) / max(found.std(), 1e-12)
+            counts, sums = (np.bincount(ranges.ravel(), w, count) for w in (None, found.ravel()))
+            shares = shares * np.maximum(1 + SELECTION * sums / np.maximum(counts, 1), 0)
+            shares = (1 - MUTATION) * shares / shares.sum() + MUTATION / count
+            history.append(shares)
+        mixes.append(np.mean(history[GENERATIONS // 2 :], axis=0))
+    drawn = rng.choice(count, (len(seeds), 1, PREY.num_agents), p=np.mean(mixes, axis=0))
+    return {"mix": np.array(mixes).T, "group": payoffs(drawn, seeds, {payoff})[payoff].mean(axis=(1, 2))}
 
 
 def measure(resident: float, seeds: range) -> Arrays:
@@ -122,7 +159,9 @@ def measure(resident: float, seeds: range) -> Arrays:
         ``group``, shape (payoffs, seeds); ``gain``, ``advantage`` and ``shuffled``, shape (payoffs, seeds,
         mutants' ranges). ``shuffled`` is the advantage of agents that are drawn at random.
     """
-    found = payoffs(resident, seeds)
+    ranges = np.full((len(seeds), len(RANGES), PREY.num_agents), RANGES.index(resident))
+    ranges[..., :MUTANTS] = np.arange(len(RANGES))[:, None]
+    found = np.stack([*payoffs(ranges, seeds).values()])
     without_mutants = found[:, :, [RANGES.index(resident)]]
     change = found - without_mutants
     shuffled = np.random.default_rng((seeds[0], int(resident))).permuted(change, axis=-1)
@@ -135,12 +174,16 @@ def measure(resident: float, seeds: range) -> Arrays:
 
 
 def jobs(scale: float) -> dict[tuple[str, float], list[Job]]:
-    """Return the jobs by split and range of the residents, for ``results``."""
+    """Return the jobs by split and range of the residents, and of the mixes by payoff, for ``results``."""
     seeds = {name: share_of(purpose, FLOCKS, scale, least=4) for name, purpose in SPLITS.items()}
-    return {
+    found = {
         (name, resident): split(measure, resident, flocks=seeds[name], size=10, seconds=0.2)
         for name, resident in product(SPLITS, RANGES)
     }
+    starts = TUNING[FLOCKS :: FLOCKS_PER_GENERATION * GENERATIONS][:POPULATIONS]
+    for at, payoff in enumerate(PAYOFFS):
+        found["mix", at] = [Job(f"{__name__}:evolve", (payoff, starts, seeds["held_out"]), 100.0)]
+    return found
 
 
 def results(measured: Mapping[tuple[str, float], Arrays]) -> StableRange:
@@ -154,18 +197,18 @@ def _game(measured: Mapping[tuple[str, float], Arrays], payoff: int) -> Game:
         """Return an array of ``measure`` by resident; shape (residents, [mutants' ranges,] flocks)."""
         return np.array([measured[purpose, resident][name][payoff].T for resident in RANGES])
 
+    mixed = measured["mix", payoff]
     best = argmax(np.array(RANGES), values("tuning", "group"))
     replies = [_reply(resident, rows) for resident, rows in enumerate(values("tuning", "advantage"))]
     start = RANGES.index(best.mean)
-    cycle = _cycle(start, replies)
     group = values("held_out", "group")
     return Game(
         group=means(group),
         best=best,
         advantage=tuple(means(rows) for rows in values("held_out", "advantage")),
         replies=tuple(RANGES[reply] for reply in replies),
-        cycle=tuple(RANGES[resident] for resident in cycle),
-        price=mean(group[start] - group[cycle].mean(axis=0)),
+        mix=means(mixed["mix"]),
+        price=mean(group[start] - mixed["group"]),
         gain=mean(values("held_out", "gain")[start, replies[start]]),
         control=mean(values("held_out", "shuffled").mean(axis=(0, 1))),
     )
@@ -175,14 +218,6 @@ def _reply(resident: int, advantages: FloatArray) -> int:
     """Return the index of the reply to a range from the advantages, shape (mutants' ranges, flocks)."""
     invaders = [mutant for mutant, advantage in enumerate(means(advantages)) if advantage.low > 0]
     return max(invaders, key=lambda mutant: advantages[mutant].mean(), default=resident)
-
-
-def _cycle(start: int, replies: list[int]) -> list[int]:
-    """Return the indices to which repeated replies from a start lead, and between which they then go on."""
-    path = [start]
-    while replies[path[-1]] not in path:
-        path.append(replies[path[-1]])
-    return path[path.index(replies[path[-1]]) :]
 
 
 def verdict(results: StableRange) -> Verdict:

@@ -1,6 +1,5 @@
 """The study of learned ranges: its page, its measurements against loops and replays, a tiny run of all."""
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +10,15 @@ from cli_runs import Cli
 from option_table import small_flock
 
 import flockesc_env as fe
-from flockesc_env import FlockScenario, save_policy
+from flockesc_env import FlockScenario
 from flockesc_env.cli.output import Exit
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Cache, Job, find_backend
-from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.scenario import GivenHeadings, GivenPositions
 from studies.__main__ import STUDIES
 from studies.findings import controls, headlines, listening, loads, losses
 from studies.findings.report import Findings, report
-from studies.measurements import Runner, play
+from studies.measurements import Runner, play, policy_of
 from studies.scoreboard.board import best_fixed_range
 from studies.study import REPORT
 
@@ -118,25 +116,12 @@ def test_the_largest_turn_is_that_of_the_model(neighbors: int) -> None:
     assert max(angles) == pytest.approx(listening.largest_turn(neighbors), abs=0.02)
 
 
-def test_hidden_entries_are_constants(tmp_path: Path) -> None:
-    """Against a loop that overwrites the observations of every agent."""
-    policy = NetworkPolicy(Architecture(("time", "predator_distance"), ()), [-3.0, 3.0, -0.8])
-    options: dict[str, Any] = {"max_range": 20.0, "steps_per_action": 3, "predator_sensing_range": math.inf}
-    entry = policy.with_options(name="it", per_agent=True, scenario=SCENARIO, **options)
-    save_policy(entry, tmp_path / "it.npz")
-    content, flocks = (tmp_path / "it.npz").read_bytes(), HELD_OUT[:3]
-    column = controls.watch(entry, flocks)[0].index("predator_distance")
-    found = controls.hide(content, "min_mean_distance", ((column, 0.7),), flocks)["objective"]
-    env = fe.parallel_env(SCENARIO, **entry.options)
-    for flock, objective in zip(flocks, found, strict=True):
-        act = entry.bind(env)
-        observations, infos = env.reset(seed=flock)
-        while env.agents:
-            for observed in observations.values():
-                observed[column] = 0.7
-            observations, *_, infos = env.step(act(observations))
-        assert infos["agent_0"]["min_mean_distance"] == pytest.approx(objective, rel=1e-6)
-    assert (found != play(content, SCENARIO, "min_mean_distance", flocks)["objective"]).any()
+@pytest.mark.parametrize("policy", ["stubborn-leaders", HEADLINES["per-agent-visible"].content])
+def test_a_replay_without_exchange_is_the_run(policy: str | bytes) -> None:
+    run = fe.simulate(FlockScenario(), policy=policy_of(policy), seed=5)
+    assert controls.replay(run) == pytest.approx(run.mean_distance.min(), rel=1e-9)
+    found = controls.exchange(policy, FlockScenario(), HELD_OUT[:2])
+    assert (found["played"] - found["exchanged"]).mean() > 1
 
 
 def test_all_is_measured_and_an_interrupted_study_continues(
@@ -184,7 +169,7 @@ def test_all_is_measured_and_an_interrupted_study_continues(
     assert (tmp_path / REPORT).read_text("utf-8") == report(Findings.load(tmp_path))
 
 
-@pytest.mark.parametrize("study", ["paper", "robustness", "validation", "arms-race", "findings"])
+@pytest.mark.parametrize("study", ["paper", "robustness", "scaling", "validation", "arms-race", "findings"])
 def test_a_folder_that_cannot_be_written_is_refused_before_the_work(
     study: str, tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,6 +1,8 @@
 """The studies of robustness and of published results; the committed reports of all studies."""
 
 import dataclasses
+import itertools
+import json
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.jobs import find_backend
 from flockesc_env.policies import Pursue
+from flockesc_env.scenario import ConstantVelocity
 from flockesc_env.scenario.presets import LITERATURE, OF_TASKS
 from studies.__main__ import STUDIES
 from studies.arms_race import race
@@ -26,6 +29,8 @@ from studies.findings.report import FINDINGS
 from studies.paper.report import PAPER
 from studies.robustness.plan import attacked_presets
 from studies.robustness.survey import ROBUSTNESS, Finding, RobustnessResults, outcome
+from studies.scaling import flocks, law, survey
+from studies.scaling.survey import SCALING
 from studies.study import REPORT, RESULTS_FILE, document
 from studies.validation import stable_range, vicsek, warning
 from studies.validation.survey import VALIDATION, ValidationResults
@@ -34,6 +39,7 @@ ROOT = Path(__file__).parents[2]
 REPORTED = {
     "paper": PAPER,
     "robustness": ROBUSTNESS,
+    "scaling": SCALING,
     "validation": VALIDATION,
     "arms_race": ARMS_RACE,
     "findings": FINDINGS,
@@ -156,11 +162,53 @@ def test_a_warning_is_what_agents_in_range_of_the_predator_say() -> None:
 
 def test_payoffs_of_agents_add_up_to_the_objectives_of_the_flock() -> None:
     seeds = range(3, 5)
-    now, nearest, alive = stable_range.payoffs(10.0, seeds)[:, :, stable_range.RANGES.index(10.0)]
+    ranges = np.full((len(seeds), 1, stable_range.PREY.num_agents), stable_range.RANGES.index(10.0))
+    now, nearest, alive = (one[:, 0] for one in stable_range.payoffs(ranges, seeds).values())
     free, hunted = (sweep(scenario, [10.0], seeds) for scenario in (stable_range.PREY, stable_range.CAUGHT))
     np.testing.assert_allclose(now.mean(axis=-1), free.min_mean_distance[0], rtol=1e-12)
     np.testing.assert_allclose(nearest.min(axis=-1), free.min_min_distance[0], rtol=1e-12)
     np.testing.assert_allclose(alive.mean(axis=-1), hunted.fraction_surviving[0], rtol=1e-12)
+
+
+def test_the_ends_of_the_law_are_means_over_places_and_headings() -> None:
+    rng, times = np.random.default_rng(0), np.linspace(0, 1.2, 61)
+    starts, angles = rng.uniform(-0.5, 0.5, (2000, 2)), np.linspace(0, 2 * np.pi, 61)[1:]
+    headings = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    moved = (times[:, None, None] * headings)[:, :, None] - (times - 0.8)[:, None, None, None]
+    distances = np.linalg.norm(starts + moved, axis=3).mean(axis=2)
+    found = law.ends(2, law.PAPER_SPEED)
+    assert found.straight == found.alone == pytest.approx(distances.mean(axis=1).min(), abs=0.01)
+    assert found.aligned == pytest.approx(distances.min(axis=0).mean(), abs=0.01)
+
+
+def test_attacks_from_all_corners_are_the_mean_of_sweeps() -> None:
+    flock = survey.cell(40, 2).scenario
+    found = flocks.attacks(flock, (0.0, 0.1), (law.PAPER_SPEED,), range(2))
+    runs = []
+    for corner in itertools.product((1, -1), repeat=2):
+        place, velocity = ([scale * one for one in corner] for scale in (-80, 10))
+        predator = ConstantVelocity([50 + one for one in place], velocity)
+        runs.append(sweep(flock.replace(predators=(predator,)), [0.0, 10.0], range(2)).min_mean_distance)
+    np.testing.assert_allclose(100 * found["reached"][:, :, 0], np.mean(runs, axis=0), atol=0.05)
+    turned = flocks.turns(survey.STILL.replace(num_agents=40), (0.0, 0.1), range(2))
+    np.testing.assert_allclose(turned["reached"], found["reached"][:, :, 0], rtol=1e-12)
+    assert (turned["outward turn"][0] < 1e-3).all()
+    fleeing = survey.cell(40, 2, fled=30.0).scenario
+    found = flocks.attacks(fleeing, (0.1,), (law.PAPER_SPEED,), range(2))
+    expected = sweep(fleeing, [10.0], range(2))
+    np.testing.assert_allclose(100 * found["reached"][:, :, 0], expected.min_mean_distance, atol=0.05)
+    np.testing.assert_array_equal(found["components"], expected.num_components)
+
+
+def test_the_law_is_fitted_to_the_flocks_that_choose() -> None:
+    results = survey.Scaling.load(ROOT / "results" / "scaling")
+    curves = [(cell.scenario.num_agents, results.curve(name).first) for name, cell in survey.FITTED.items()]
+    fitted = law.fit(np.array(survey.RANGES), curves)
+    assert vars(fitted) == pytest.approx(vars(results.law), rel=1e-6)
+    predicted = json.loads((ROOT / "results" / "scaling" / survey.PREDICTION_FILE).read_text())
+    assert vars(results.law) == predicted["law"]
+    stored = [results.curve(*cell).law for cell in survey.PREDICTED]
+    np.testing.assert_allclose([*predicted["gains"].values()], stored, rtol=1e-12)
 
 
 COMMITTED = ROOT / "results" / "arms_race"
