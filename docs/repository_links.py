@@ -51,6 +51,8 @@ def setup(app: Sphinx) -> dict[str, Any]:
 def _shorten(_app: Sphinx, _docname: str, source: list[str]) -> None:
     """Shorten links out of the folder and back, and to notebooks and reports, which the site copies."""
     text = source[0].replace("](../docs/", "](")
+    # A link to a page says what the page is about; on GitHub, its text is the name of the file.
+    text = re.sub(r"\[([\w-]+)\.md\](?=\([\w-]+\.md)", lambda link: f"[{link[1].replace('-', ' ')}]", text)
     text = re.sub(
         r"\]\(\.\./(?:results/(\w+)|(speed)/results)/README\.md", r"](generated/reports/\1\2.md", text
     )

@@ -174,7 +174,6 @@ def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:
         "seed": None if trajectory.is_start_given else str(trajectory.seed),
         "scenario": json.loads(trajectory.scenario.to_json()),
         "rangeUnit": trajectory.scenario.range_unit,
-        "objective": _OBJECTIVE.symbol,
         "columns": columns,
     }
 

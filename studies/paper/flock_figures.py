@@ -56,20 +56,16 @@ def distances(objective: str, measured: Mapping[str, Arrays], seed: int) -> Figu
     spec = FLOCK_OBJECTIVES[objective]
     values = measured["grid flock"][spec.name]
     best = stats.argmax(_GRID, values)
-    figure, (over_time, over_range, histogram) = subplots(3.3, 1, 3)
+    figure, (over_time, over_range, histogram) = subplots(3.5, 1, 3)
     _over_time(over_time, spec, measured["curves"][spec.series], seed)
     _over_range(over_range, spec, values, seed)
     _best_ranges(histogram, values, best)
-    mean = f"mean of {values.shape[1]:,} flocks"
-    letter(over_time, 0, f"distance over time\nsolid: flock {seed}, dotted: {mean}")
-    letter(over_range, 1, f"{spec.symbol} against the range\ndark: {mean}, 95 %; light: flock {seed}")
     letter(
-        histogram,
-        2,
-        f"best range of each flock\nline: of the mean, {best.mean:g} m [{best.low:g}, {best.high:g}]",
+        over_time, 0, f"distance over time\nsolid: flock {seed}\ndotted: mean of {values.shape[1]:,} flocks"
     )
-    for axes in (over_time, over_range, histogram):
-        axes.title.set_fontsize(8)
+    letter(over_range, 1, f"{spec.symbol} against the range\nlight: flock {seed}\ndark: mean, 95 % interval")
+    expected = f"{best.mean:g} m [{best.low:g}, {best.high:g}]"
+    letter(histogram, 2, f"best range of flocks\nsolid: mean, {expected}\ndashed: the paper's 10 m")
     return figure
 
 
@@ -103,7 +99,7 @@ def _best_ranges(axes: Axes, values: FloatArray, best: stats.Estimate) -> None:
     axes.axvline(best.mean, color=LIGHT.fixed, lw=2)
     axes.axvline(10, color=LIGHT.accent, ls="--", lw=1.5)
     axes.margins(x=0)
-    axes.set(xlabel="interaction range (m); dashed: the paper's 10 m", ylabel="flocks")
+    axes.set(xlabel="interaction range (m)", ylabel="flocks")
 
 
 def aimed_beside(measured: Mapping[str, Arrays]) -> Figure:

@@ -31,12 +31,12 @@ class Steering {
       if (!isPrimary || !this.first || !scenario.steered) return;
       if (!isSteered && !scene.isPredatorNear(offsetX, offsetY, GRIP)) return;
       canvas.classList.add("grabbed");
-      if (isSteered) this.point(offsetX, offsetY);
+      if (isSteered) this.lead(page.camera.unproject(offsetX, offsetY));
     });
     canvas.addEventListener("pointermove", (event) => {
       if (!isHeld() || !isDrag(event)) return;
       if (!page.flight.isSteered) page.steer(true, page.player.time);
-      this.point(event.offsetX, event.offsetY);
+      this.lead(page.camera.unproject(event.offsetX, event.offsetY));
     });
     for (const name of ["pointerup", "pointercancel"]) {
       canvas.addEventListener(name, () => {
@@ -60,15 +60,13 @@ class Steering {
         event.preventDefault();
         event.stopImmediatePropagation();
         if (event.key === "Escape") return this.release();
-        const from = this.pointer ?? predatorOf(panel.run, frameAt(panel.run, page.player.time).step);
+        const { run } = panel;
+        const at = 2 * run.numPredators * frameAt(run, page.player.time).step;
+        const from = this.pointer ?? Array.from(run.predators.subarray(at, at + 2)); // the first predator
         this.lead(from.map((part, axis) => part + NUDGE * moves[event.key][axis]));
       },
       { capture: true },
     );
-  }
-
-  point(x, y) {
-    this.lead(this.page.camera.unproject(x, y));
   }
 
   /** Leads the predators toward a point; the first one starts the flight. */
@@ -120,11 +118,6 @@ class Steering {
     const tries = this.triesAgainst(policy);
     Object.assign(tries, { now: objective, best: Math.min(tries.best, objective) });
   }
-}
-
-/** Where the first predator of a run is at a time, in m. */
-function predatorOf({ predators, numPredators }, step) {
-  return Array.from(predators.subarray(2 * numPredators * step, 2 * numPredators * step + 2));
 }
 
 /** Returns the actions, accelerations ahead and left in [-1, 1], of all learned predators of a run. */
