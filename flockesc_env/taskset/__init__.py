@@ -3,7 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from flockesc_env.taskset.facts import Control, Scale, Shortcut
+from flockesc_env.taskset.facts import Scale
 from flockesc_env.taskset.task import Task, tasks
 
 if TYPE_CHECKING:
@@ -11,12 +11,10 @@ if TYPE_CHECKING:
     from flockesc_env.taskset.scoring import LoadedPolicy, draw_flocks, score, verify
 
 __all__ = [
-    "Control",
     "LoadedPolicy",
     "PolicyResult",
     "Result",
     "Scale",
-    "Shortcut",
     "Task",
     "Training",
     "draw_flocks",

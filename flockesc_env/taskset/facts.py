@@ -1,4 +1,4 @@
-"""What is known about a task: ``Scale``, ``Control`` and ``Shortcut``."""
+"""``Scale``: what normalizes the scores of a task."""
 
 from __future__ import annotations
 
@@ -32,30 +32,3 @@ class Scale(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     def score(self, objective: Any) -> Any:
         """Return the normalized score of an objective or an array of them."""
         return (objective - self.zero) / (self.one - self.zero)
-
-
-class Control(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """An experiment that shows what a task is about: a gain with and without warnings.
-
-    Attributes:
-        policy: the best known policy: a rule, ``fixed:RHO`` or TASK/LEARNER of a trained policy.
-        baseline: the constant that it is compared with, on the same tuning flocks.
-        gain: mean paired difference of their objectives; mean, lower and upper end of the 95 % interval.
-        gain_blocked: the same with the scenario's ``blocks_warnings``: agents that no predator has reached
-            do not hear agents that one has reached.
-    """
-
-    policy: str
-    baseline: str
-    gain: tuple[float, float, float]
-    gain_blocked: tuple[float, float, float]
-
-
-class Shortcut(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The best built-in policy without training, chosen on tuning flocks, and its score.
-
-    It is one of the rules that fit the task, random ranges or the best fixed range.
-    """
-
-    policy: str
-    score: float

@@ -23,7 +23,7 @@ from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.objectives import ObjectiveSpec
 from flockesc_env.scenario.presets import PRESETS, Scenario
-from flockesc_env.taskset.facts import Control, Scale, Shortcut
+from flockesc_env.taskset.facts import Scale
 from flockesc_env.taskset.learners import OWN_ALGORITHMS, Learner, learners_of
 
 if TYPE_CHECKING:  # slow to import, so that methods import them
@@ -57,10 +57,8 @@ class Task:
         options: options of the environment, which say what a policy may see; without the reward, which a
             trainer chooses.
         samples: number of actions, of one agent or of one flock, that a training run may take.
-        shortcut: the best built-in policy without training, and its score.
         scales: normalization of scores, by the names of the scenarios in which policies are scored.
         scenarios: these scenarios, by name.
-        controls: experiments with blocked warnings, of tasks in which a warning decides.
         seeds: seeds of the held-out flocks that policies are scored on.
         preset: name of the scenario in which policies are trained.
         version: version of the tasks.
@@ -73,10 +71,8 @@ class Task:
     spec: ObjectiveSpec
     options: Mapping[str, Any]
     samples: int
-    shortcut: Shortcut
     scales: Mapping[str, Scale]
     scenarios: Mapping[str, Scenario]
-    controls: tuple[Control, ...]
     preset: str
     version: str
     seeds: range = FLOCKS
@@ -97,7 +93,7 @@ class Task:
             "score 1": "; ".join(
                 f"{text(scale.one)} in {name} ({scale.reference})" for name, scale in scales
             ),
-            "rule": f"{self.shortcut.policy}, score {self.shortcut.score:.3f}",
+            "rule": self.rule,
             "samples": f"at most {self.samples:,} actions, each of one {self.actor}",
             "learners": ", ".join(self.learners),
             "make": f'tasks["{self.name}"].{way}(), .vec_env(num_flocks)',
@@ -113,6 +109,11 @@ class Task:
     def actor(self) -> str:
         """What sets a range: an agent, a flock or a line."""
         return "agent" if self.per_agent else self.spec.model
+
+    @property
+    def rule(self) -> str:
+        """Name of the rule whose numbers a search chose for the task (the learner ``rule``, its first seed)."""
+        return f"{self.name}/rule"
 
     @property
     def num_actions(self) -> int:
@@ -292,8 +293,8 @@ class Task:
                 raise InputError("env", f"flocks of {name}, as of vec_env(scenario={name!r})", shown(env))
             return replace(entry, scenario=chosen, num_threads=num_threads)
 
-        entries, grid = compare.prepared((self.shortcut.policy, *policies), prepare), chosen.search_ranges
-        facts = {"scenario": name, "task": self.name, "rule": self.shortcut.policy}
+        entries, grid = compare.prepared((self.rule, *policies), prepare), chosen.search_ranges
+        facts = {"scenario": name, "task": self.name, "rule": self.rule}
         return compare.judged(entries, self.spec, np.array(grid), best, seeds, **facts)
 
 
@@ -306,9 +307,7 @@ class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     objective: str
     samples: int
     options: dict[str, Any]
-    shortcut: Shortcut
     scales: dict[str, Scale]
-    controls: tuple[Control, ...] = ()
 
     def task(self, name: str, version: str) -> Task:
         """Return the task that the table defines."""

@@ -102,7 +102,7 @@ def test_win_stay_lose_shift_with_an_estimated_escape_direction(dimension: int, 
     predators = (ConstantVelocity((-20.0, -10.0), (12.0, 14.0)),)
     options: Any = {"num_agents": 20, "num_steps": 30, "initial_side": 60.0, "speed": 8.0, "time_step": 0.1}
     flock = small_flock(dimension, predators=predators, **options)
-    rule = WinStayLoseShift(9.0, 30.0, 0.8, 1.0, 1.45, criterion=criterion)
+    rule = WinStayLoseShift(9.0, 30.0, 0.8, 0.12, 1.45, criterion=criterion)
     run = flown(rule, flock, 2, predator_sensing_range=45.0)
     is_long, paused = np.zeros(20, bool), np.zeros(20)
     seen: set[tuple[float, bool, bool]] = set()
