@@ -59,14 +59,14 @@ def write_constants(runner: Runner) -> None:
 
 
 def finer(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
-    """Return the best of 11 ranges between the neighbors of the best fixed range, and its gain over that.
+    """Return the best of 7 ranges between the neighbors of the best fixed range, and its gain over that.
 
     Tuning flocks choose it, as many as chose the best fixed range. The paired gain is on held-out flocks.
     """
     model, zero = task.scenarios[scenario], task.scales[scenario].best_fixed_range
     grid = task.scenario.search_ranges
     place = grid.index(zero)
-    near = np.linspace(grid[max(place - 1, 0)], grid[min(place + 1, len(grid) - 1)], 11).round(6).tolist()
+    near = np.linspace(grid[max(place - 1, 0)], grid[min(place + 1, len(grid) - 1)], 7).round(6).tolist()
     tuned = _fixed(model, near, _tuning(model), task, runner)
     best = near[int(tuned.mean(axis=1).argmax())]
     played = _fixed(model, [best, zero], FLOCKS, task, runner)
