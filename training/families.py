@@ -45,15 +45,13 @@ RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
     "listen-while-fleeing": (ListenWhileFleeing, ((0.05, 0.1, "cosine"), (20.0, 8.0, "range"))),
     "head-away": (BestNextHeading, ((0.5, 0.5, "other"),)),
     "stubborn-witnesses": (
-        StubbornWitnesses,
+        partial(StubbornWitnesses, crowding=3.5, agreement=6.0),
         (
             (0.085, 0.015, "share"),
             (55.0, 8.0, "range"),
             (8.0, 3.0, "range"),
             (100.0, 30.0, "other"),
             (5.0, 1.5, "other"),
-            (3.5, 1.5, "other"),
-            (6.0, 3.0, "other"),
         ),
     ),
     "listen-while-threatened": (
@@ -63,10 +61,6 @@ RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
     "win-stay-lose-shift": (
         WinStayLoseShift,
         ((10.0, 3.0, "range"), (50.0, 10.0, "range"), (32.0, 3.0, "other")),
-    ),
-    "paused-win-stay-lose-shift-escape": (
-        partial(WinStayLoseShift, pause=0.2, criterion="escape_direction"),
-        ((10.0, 2.0, "range"), (50.0, 8.0, "range"), (0.85, 0.04, "other")),
     ),
     "win-stay-lose-shift-escape": (partial(WinStayLoseShift, criterion="escape_direction"), _SHIFTS[:4]),
     "win-stay-lose-shift-estimate": (
@@ -78,7 +72,10 @@ RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
         _SHIFTS[:4],
     ),
 }
-"""Rules by name: the class; of each parameter the start of a search, its standard deviation and kind."""
+"""Rules by name: the class; of at most five numbers the start, its standard deviation and kind."""
+
+FIXED = "fixed"
+"""Name of the rule that is a constant range; its search starts at the task's best fixed range."""
 
 
 @dataclass(frozen=True)
@@ -110,10 +107,6 @@ class Networks:
         return values, self.run.policy_spec.rows * int(columns["num_actions"].sum())
 
 
-FIXED = "fixed"
-"""Name of the rule that is a constant range."""
-
-
 def rules_of(task: Task) -> list[str]:
     """Return the names of the built-in rules that fit a task."""
     found = []
@@ -126,28 +119,13 @@ def rules_of(task: Task) -> list[str]:
 
 @dataclass(frozen=True)
 class Rules:
-    """A rule with its first parameters, on the task of a run. The vector 0 stands for those chosen by hand.
-
-    Args:
-        run: the run.
-        name: ``FIXED`` or a key of ``RULES``.
-        most: the largest number of parameters that a vector moves.
-
-    Raises:
-        InputError: if the rule is unknown.
-    """
+    """A rule, ``FIXED`` or a key of ``RULES``, on the task of a run. The vector 0 is its start by hand."""
 
     run: Run
     name: str
-    most: int = 7
-
-    def __post_init__(self) -> None:
-        if self.name not in (FIXED, *RULES):
-            raise InputError("rule", f"one of {', '.join((FIXED, *RULES))}", repr(self.name))
 
     @property
     def _family(self) -> tuple[Callable[..., Rule], tuple[_Number, ...]]:
-        """The entry of ``RULES``; the constant range starts at the best fixed one."""
         if self.name != FIXED:
             return RULES[self.name]
         best = next(iter(self.run.task.scales.values())).best_fixed_range
@@ -155,16 +133,15 @@ class Rules:
 
     @property
     def size(self) -> int:
-        """Number of entries of a vector: those of the parameters, but 2 for a single one, as CMA-ES needs."""
-        return max(2, min(self.most, len(self._family[1])))
+        """Number of entries of a vector: one per number, and 2 for a single one, as CMA-ES needs."""
+        return max(2, len(self._family[1]))
 
     def policy(self, vector: FloatArray) -> Rule:
         """Return the rule at a distance of ``vector`` standard deviations from the start."""
         make, numbers = self._family
         longest = self.run.options["max_range"]
         bounds = {"cosine": (-1, 1), "share": (0, 1), "range": (0, longest), "other": (0, np.inf)}
-        moves = np.append(vector, np.zeros(len(numbers)))
-        moved = [(start + scale * x, kind) for (start, scale, kind), x in zip(numbers, moves, strict=False)]
+        moved = [(start + scale * x, kind) for (start, scale, kind), x in zip(numbers, vector, strict=False)]
         return make(*(np.clip(number, *bounds[kind]) for number, kind in moved))
 
     def play(self, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
@@ -173,10 +150,6 @@ class Rules:
         flocks = list(seeds) * len(vectors)
         values = self.run.objectives(population, flocks, batch_size=len(flocks))
         return values.reshape(len(vectors), -1), population.actions
-
-
-Family = Networks | Rules
-"""Policies parametrized by a vector."""
 
 
 class Population:

@@ -29,7 +29,6 @@ class RuleArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_fields=
         population: number of variants of a rule per generation.
         episodes: number of episodes of a round, which the rules share equally.
         judged: number of episodes on tuning flocks, which the rules share equally.
-        most_numbers: the largest number of numbers of a rule that the search moves.
     """
 
     checkpoint_every: int = 3
@@ -37,7 +36,6 @@ class RuleArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_fields=
     population: int = 8
     episodes: int = 96
     judged: int = 200
-    most_numbers: int = 5
 
 
 @dataclass
@@ -65,7 +63,7 @@ class RuleRounds(Rounds[RuleArguments]):
         entries = sorted({entry for name in names for entry in _entries_of(name)})
         options = {**run.learner.options, "extra_entries": entries} if len(names) > 1 else {}
         seeing = replace(run, learner=msgspec.structs.replace(run.learner, options=options))
-        self._families = {name: Rules(seeing, name, args.most_numbers) for name in names}
+        self._families = {name: Rules(seeing, name) for name in names}
         self._left = [self._contender(name) for name in names]
 
     def round(self) -> float:

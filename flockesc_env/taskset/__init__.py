@@ -3,8 +3,7 @@
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from flockesc_env.taskset.facts import Scale
-from flockesc_env.taskset.task import Task, tasks
+from flockesc_env.taskset.task import Scale, Task, tasks
 
 if TYPE_CHECKING:
     from flockesc_env.taskset.results import PolicyResult, Result, Training, read_result, write_result

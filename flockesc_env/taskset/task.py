@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import gymnasium
 import msgspec
@@ -23,7 +23,6 @@ from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.objectives import ObjectiveSpec
 from flockesc_env.scenario.presets import PRESETS, Scenario
-from flockesc_env.taskset.facts import Scale
 from flockesc_env.taskset.learners import OWN_ALGORITHMS, Learner, learners_of
 
 if TYPE_CHECKING:  # slow to import, so that methods import them
@@ -42,6 +41,34 @@ VERSION: Final = "v1"
 
 FLOCKS: Final = first_seeds(HELD_OUT, 1000)
 """Seeds of the flocks, or lines, that every policy is scored on."""
+
+
+Reference = Literal["free headings", "clairvoyant", "informed greedy", "hindsight"]
+
+
+class Scale(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The two objectives that normalize the scores of a task in one scenario.
+
+    ``python -m studies scoreboard-freeze`` measures them.
+
+    Attributes:
+        best_fixed_range: fixed range with the largest mean objective on tuning flocks, in m for a flock.
+        zero: mean objective of the best fixed range on the held-out flocks; the score 0.
+        one: ``zero`` plus the reference's mean gain over the best fixed range; the score 1. The gain is
+            paired: both play the same held-out flocks, all of them or the first ones.
+        one_error: half width of the 95 % interval of ``one``; 0 if the reference plays all flocks.
+        reference: what reaches ``one``; results/scoreboard/README.md describes the kinds.
+    """
+
+    best_fixed_range: float
+    zero: float
+    one: float
+    one_error: float = 0.0
+    reference: Reference
+
+    def score(self, objective: Any) -> Any:
+        """Return the normalized score of an objective or an array of them."""
+        return (objective - self.zero) / (self.one - self.zero)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -112,7 +139,7 @@ class Task:
 
     @property
     def rule(self) -> str:
-        """Name of the rule whose numbers a search chose for the task (the learner ``rule``, its first seed)."""
+        """Name of the best rule with numbers that a search chose: the learner ``rule``, its first seed."""
         return f"{self.name}/rule"
 
     @property

@@ -49,8 +49,8 @@ SHIPPED: Final = ("rule", "search", "searched-rule", "schedule", "imitation", "p
 class Card(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What a person says about a learner: the file ``card.toml`` in its folder.
 
-    A person chose the numbers of a ``"rule"``. ``code`` is a link or a command. ``license`` is the license of the policy
-    files.
+    A person chose the numbers of a ``"rule"``. ``code`` is a link or a command. ``license`` is the license of
+    the policy files.
     """
 
     kind: Literal["rule", "search", "imitation", "reinforcement learning"]

@@ -9,7 +9,7 @@ import json
 import math
 import tomllib
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple
 from pathlib import Path
 from typing import Any, Final
 
@@ -42,8 +42,8 @@ def freeze(path: Path, names: Sequence[str], runner: Runner) -> None:
     for name in names or tasks:
         task, entry = tasks[name], frozen["tasks"][name]
         entry["scales"] = {scenario: _scale(task, scenario, runner) for scenario in task.scenarios}
-        player = _Player(read_tasks(tomli_w.dumps(frozen))[name], runner)
-        rates[name] = {rule: player.score(rule) for rule in rules_of(task)}
+        measured = read_tasks(tomli_w.dumps(frozen))[name]
+        rates[name] = {rule: own_score(measured, rule, runner) for rule in rules_of(task)}
     text = tomli_w.dumps(frozen)
     write_text(path, text)
     write_best_fixed(read_tasks(text).values(), runner)
@@ -108,27 +108,12 @@ def write_best_fixed(measured: Iterable[Task], runner: Runner) -> None:
     write_table(pl.DataFrame({key: found[key.split()[1]][0] for key, found in played.items()}), BEST_FIXED)
 
 
-@dataclass(frozen=True)
-class _Player:
-    """Plays policies on a task."""
-
-    task: Task
-    runner: Runner
-
-    def play(self, policy: str, model: Scenario) -> FloatArray:
-        """Return the objective of every held-out flock with the options of the task."""
-        entry = self.task.setup(policy)
-        options = {"per_agent": entry.per_agent, **vars(entry.options)}
-        return self._objective(policy, model, options)
-
-    def score(self, rule: str) -> float:
-        """Return the mean score of a rule with its own options on the held-out flocks."""
-        played = {name: self._objective(rule, model, {}) for name, model in self.task.scenarios.items()}
-        return float(self.task.normalize(played).mean())
-
-    def _objective(self, policy: str, model: Scenario, options: dict[str, Any]) -> FloatArray:
-        jobs = play_jobs(policy, model, self.task.spec.name, FLOCKS, **options)
-        return self.runner.join(jobs, policy)["objective"]
+def own_score(task: Task, rule: str, runner: Runner) -> float:
+    """Return the mean score of a rule with its own options on the held-out flocks."""
+    played = {}
+    for name, model in task.scenarios.items():
+        played[name] = runner.join(play_jobs(rule, model, task.spec.name, FLOCKS), rule)["objective"]
+    return float(task.normalize(played).mean())
 
 
 def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
@@ -136,7 +121,7 @@ def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
     grid, model = task.scenario.search_ranges, task.scenarios[scenario]
     tuned = _fixed(model, grid, _tuning(model), task, runner)
     best = grid[int(tuned.mean(axis=1).argmax())]
-    fixed = _Player(task, runner).play(f"fixed:{best:.12g}", model)
+    (fixed,) = _fixed(model, [best], FLOCKS, task, runner)
     kind = _kind(task, model)
     reached = _reference(task, kind, scenario, runner)
     same_flocks = fixed[: len(reached)]
@@ -180,6 +165,7 @@ def _hindsight(task: Task, scenario: str, runner: Runner) -> FloatArray:
     files = sorted(BOARD.glob(f"*/policies/{task.name}-*.npz"))
     plays = {file: play_jobs(file.read_bytes(), model, task.spec.name, FLOCKS) for file in files}
     learned = [found["objective"] for found in runner.run(plays, "Policies of the scoreboard").values()]
-    drawn = _Player(task, runner).play("random", model)
-    best: FloatArray = np.max([*fixed, *learned, drawn], axis=0)
+    options = vars(task.setup("random").options)
+    drawn = runner.join(play_jobs("random", model, task.spec.name, FLOCKS, **options), "Random ranges")
+    best: FloatArray = np.max([*fixed, *learned, drawn["objective"]], axis=0)
     return best

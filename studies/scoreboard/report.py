@@ -85,26 +85,10 @@ def _best_learned(shown: Sequence[Entry]) -> Entry:
     return next(entry for entry in shown if entry.is_learned)
 
 
-@dataclass(frozen=True)
-class Ablation:
-    """A change of one choice of ``ppo`` on a task: the scores with it and without it."""
-
-    task: str
-    change: str
-    changed: Estimate
-    unchanged: Estimate
-
-
-def ablations_of(results: Sequence[Result], entries: dict[str, list[Entry]]) -> list[Ablation]:
-    """Return the ablations of every task, the highest score first."""
-    found = []
-    for name, shown in entries.items():
-        (ppo,) = (entry for entry in shown if entry.result.learner == "ppo")
-        for result in (one for one in results if one.task == name):
-            assert result.training is not None  # noqa: S101, an ablation is trained
-            change = result.training.hyperparameters["note"].removeprefix(board.ABLATION)
-            found.append(Ablation(name, change, score_of(result), ppo.score))
-    return sorted(found, key=lambda one: (list(entries).index(one.task), -one.changed.mean))
+def _ablations() -> list[tuple[Result, Estimate]]:
+    """Return the results of learners that change one choice of ``ppo``, the highest score of a task first."""
+    found = [(result, score_of(result)) for result in board.load_ablations()]
+    return sorted(found, key=lambda one: (list(tasks).index(one[0].task), -one[1].mean))
 
 
 def report(entrants: Sequence[Entrant]) -> str:
@@ -115,7 +99,7 @@ def report(entrants: Sequence[Entrant]) -> str:
     text = template("scoreboard/templates/scoreboard.md").render(
         tasks=tasks,
         entries=entries,
-        ablations=ablations_of(board.load_ablations(), entries),
+        ablations=_ablations(),
         order=sorted(entries, key=lambda name: _best_learned(entries[name]).over_rule.mean),
         best_learned=_best_learned,
         constants=json.loads(board.CONSTANTS.read_text()),
