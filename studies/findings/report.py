@@ -101,9 +101,12 @@ def tasks_table(rows: Sequence[Row]) -> str:
 
 
 def episodes_of(entry: Entry) -> str:
-    """Return the number of episodes that a training run took, those on tuning flocks included."""
+    """Return the number of episodes of a training run if it counted them, those on tuning flocks included."""
     training = entry.result.training
-    return f"{training.episodes + training.evaluations:,}" if training else "by hand"
+    if training is None:
+        return "by hand"
+    count = training.episodes + training.evaluations
+    return f"{count:,}" if count else "-"
 
 
 def outcome(gain: Estimate) -> str:
