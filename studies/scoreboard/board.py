@@ -137,10 +137,12 @@ def ship(board: Sequence[Entrant]) -> None:
 
 
 def _rules() -> Iterator[_Unscored]:
-    """Yield random ranges and the rules that fit every task."""
+    """Yield random ranges and the rules that fit every task, and the best fixed range of a single scenario."""
     for task in tasks.values():
         for rule in ("random", *rules_of(task)):
             yield _Unscored(rule, task, [rule])
+        if len(task.scales) == 1:
+            yield _Unscored("fixed-range", task, [f"fixed:{best_fixed_range(task):g}"])
 
 
 def _trained(trained: Mapping[Key, Arrays]) -> Iterator[_Unscored]:
