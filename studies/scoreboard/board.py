@@ -137,7 +137,7 @@ def ship(board: Sequence[Entrant]) -> None:
 
 
 def _rules() -> Iterator[_Unscored]:
-    """Yield random ranges and the rules that fit every task, and the best fixed range of a single scenario."""
+    """Yield random ranges and the rules that fit every task, and the best fixed range of one scenario."""
     for task in tasks.values():
         for rule in ("random", *rules_of(task)):
             yield _Unscored(rule, task, [rule])
