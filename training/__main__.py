@@ -11,6 +11,7 @@ from flockesc_env.cli.flags import EXPECTED, policy_of
 from flockesc_env.cli.output import Exit, check_folder, show, table
 from flockesc_env.common.extras import require
 from flockesc_env.taskset import tasks
+from flockesc_env.taskset.learners import OWN_ALGORITHMS
 
 _MODULES = ("cmaes", "matplotlib", "polars", "sb3_contrib", "stable_baselines3", "tensorboard", "torch")
 _Task = Annotated[Positional[str], arg(help="name of a task; flockesc tasks lists them", metavar="TASK")]
@@ -49,7 +50,7 @@ def _learners(task: _Task) -> Exit:
     chosen = tasks[task]
     rows = []
     for name, one in chosen.learners.items():
-        samples = "-" if one.algorithm in {"search", "imitation"} else f"{one.samples or chosen.samples:,}"
+        samples = "-" if one.algorithm in OWN_ALGORITHMS else f"{one.samples or chosen.samples:,}"
         rows.append([name, one.algorithm, str(one.seeds), samples, one.note])
     show(*table(["learner", "algorithm", "seeds", "samples", "note"], rows))
     return Exit.DONE

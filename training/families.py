@@ -1,6 +1,7 @@
 """Families of policies for the search: networks of one architecture, or rules with free parameters."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Literal
@@ -12,24 +13,43 @@ from flockesc_env import InputError, NetworkPolicy, Policy
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.predators import reset_policy
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies import Architecture, ListenWhileThreatened, StubbornWitnesses, WinStayLoseShift
-from flockesc_env.policies.registry import Rule
+from flockesc_env.policies import (
+    Architecture,
+    FixedRange,
+    ListenWhileFleeing,
+    ListenWhileThreatened,
+    StubbornLeaders,
+    StubbornWitnesses,
+    WinStayLoseShift,
+)
+from flockesc_env.policies.registry import NAMES, Rule
 from flockesc_env.policies.rollout import play_networks
+from flockesc_env.policies.rules import BestNextHeading
+from flockesc_env.taskset import Task
 from training.run import Run
 
-_Number = tuple[float, float, Literal["share", "range", "other"]]
+_Number = tuple[float, float, Literal["cosine", "share", "range", "other"]]
+
+_SHIFTS: tuple[_Number, ...] = (
+    (10.0, 3.0, "range"),
+    (50.0, 10.0, "range"),
+    (0.85, 0.1, "share"),  # a cosine
+    (0.1, 0.2, "other"),
+    (5.0, 1.0, "other"),
+)
 
 RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
+    "stubborn-leaders": (StubbornLeaders, ((0.8, 0.2, "cosine"), (10.0, 4.0, "range"))),
+    "listen-while-fleeing": (ListenWhileFleeing, ((0.05, 0.1, "cosine"), (20.0, 8.0, "range"))),
+    "head-away": (BestNextHeading, ((0.5, 0.5, "other"),)),
     "stubborn-witnesses": (
-        StubbornWitnesses,
+        partial(StubbornWitnesses, crowding=3.5, agreement=6.0),
         (
             (0.085, 0.015, "share"),
             (55.0, 8.0, "range"),
             (8.0, 3.0, "range"),
             (100.0, 30.0, "other"),
             (5.0, 1.5, "other"),
-            (3.5, 1.5, "other"),
-            (6.0, 3.0, "other"),
         ),
     ),
     "listen-while-threatened": (
@@ -40,12 +60,20 @@ RULES: dict[str, tuple[Callable[..., Rule], tuple[_Number, ...]]] = {
         WinStayLoseShift,
         ((10.0, 3.0, "range"), (50.0, 10.0, "range"), (32.0, 3.0, "other")),
     ),
-    "win-stay-lose-shift-escape": (
-        partial(WinStayLoseShift, pause=2.0, criterion="escape_direction"),
-        ((10.0, 2.0, "range"), (50.0, 8.0, "range"), (0.85, 0.04, "other")),
+    "win-stay-lose-shift-escape": (partial(WinStayLoseShift, criterion="escape_direction"), _SHIFTS[:4]),
+    "win-stay-lose-shift-estimate": (
+        partial(WinStayLoseShift, criterion="estimated_escape_direction"),
+        _SHIFTS,
+    ),
+    "win-stay-lose-shift-clockless": (
+        partial(WinStayLoseShift, criterion="estimated_encounter"),
+        _SHIFTS[:4],
     ),
 }
-"""Rules by name: the class; of each parameter the start of a search, its standard deviation and kind."""
+"""Rules by name: the class; of at most five numbers the start, its standard deviation and kind."""
+
+FIXED = "fixed"
+"""Name of the rule that is a constant range; its search starts at the task's best fixed range."""
 
 
 @dataclass(frozen=True)
@@ -77,32 +105,42 @@ class Networks:
         return values, self.run.policy_spec.rows * int(columns["num_actions"].sum())
 
 
+def rules_of(task: Task) -> list[str]:
+    """Return the names of the built-in rules that fit a task."""
+    found = []
+    for name in NAMES[2:]:  # without fixed and random ranges
+        with suppress(InputError):
+            task.setup(name)
+            found.append(name)
+    return found
+
+
 @dataclass(frozen=True)
 class Rules:
-    """A rule with its parameters, on the task of a run. The vector 0 stands for those chosen by hand.
-
-    Raises:
-        InputError: if the rule is unknown.
-    """
+    """A rule, ``FIXED`` or a key of ``RULES``, on the task of a run. The vector 0 is its start by hand."""
 
     run: Run
     name: str
 
-    def __post_init__(self) -> None:
-        if self.name not in RULES:
-            raise InputError("rule", f"one of {', '.join(RULES)}", repr(self.name))
+    @property
+    def _family(self) -> tuple[Callable[..., Rule], tuple[_Number, ...]]:
+        if self.name != FIXED:
+            return RULES[self.name]
+        best = next(iter(self.run.task.scales.values())).best_fixed_range
+        return FixedRange, ((best, best / 8, "range"),)
 
     @property
     def size(self) -> int:
-        """Number of parameters."""
-        return len(RULES[self.name][1])
+        """Number of entries of a vector: one per number, and 2 for a single one, as CMA-ES needs."""
+        return max(2, len(self._family[1]))
 
     def policy(self, vector: FloatArray) -> Rule:
         """Return the rule at a distance of ``vector`` standard deviations from the start."""
-        make, numbers = RULES[self.name]
-        highest = {"share": 1.0, "range": self.run.options["max_range"], "other": np.inf}
-        moved = [(start + scale * x, kind) for (start, scale, kind), x in zip(numbers, vector, strict=True)]
-        return make(*(np.clip(number, 0, highest[kind]) for number, kind in moved))
+        make, numbers = self._family
+        longest = self.run.options["max_range"]
+        bounds = {"cosine": (-1, 1), "share": (0, 1), "range": (0, longest), "other": (0, np.inf)}
+        moved = [(start + scale * x, kind) for (start, scale, kind), x in zip(numbers, vector, strict=False)]
+        return make(*(np.clip(number, *bounds[kind]) for number, kind in moved))
 
     def play(self, vectors: FloatArray, seeds: Sequence[int]) -> tuple[FloatArray, int]:
         """Run all rules together, step by step; see ``Networks.play``."""
@@ -110,10 +148,6 @@ class Rules:
         flocks = list(seeds) * len(vectors)
         values = self.run.objectives(population, flocks, batch_size=len(flocks))
         return values.reshape(len(vectors), -1), population.actions
-
-
-Family = Networks | Rules
-"""Policies parametrized by a vector."""
 
 
 class Population:

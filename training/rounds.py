@@ -38,10 +38,7 @@ class Rounds(ABC, Generic[A]):
         total: number of rounds.
         completed: number of completed rounds.
         measured: measurements so far.
-        measures_start: whether the learning curve begins before the first round.
     """
-
-    measures_start = False
 
     def __init__(self, run: Run, args: A, total: int) -> None:
         self.run, self.args, self.total = run, args, total
@@ -88,8 +85,6 @@ class Rounds(ABC, Generic[A]):
             self.restore(state)
         saved, spec = self.completed, run.task.spec
         try:
-            if self.measures_start and not self.measured.curve:
-                self.add_point()
             with progress_bar(f"Train {run.task.name} {run.name}", total, always=run.progress) as report:
                 report(self.completed, total)
                 while self.completed < total:

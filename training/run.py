@@ -153,7 +153,7 @@ class Run:
         if policy is not None:
             known = {name: value for name, value in self.options.items() if name != "reward"}
             known |= {"per_agent": self.task.per_agent, "scenario": self.task.scenario}
-            known |= {"action_mode": "normalized", "range_grid": None}
+            known |= {"action_mode": "normalized", "range_grid": None, **(policy.options or {})}
             save_policy(policy.with_options(name=self.folder.name or self.name, **known), path)
         write_text(self.folder / RUN_FILE, json.dumps(vars(measured), indent=1) + "\n")
         (self.folder / CHECKPOINT_FILE).unlink(missing_ok=True)

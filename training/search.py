@@ -1,4 +1,4 @@
-"""Policy search with CMA-ES: maximizes the objective over the parameters of a small network or a rule."""
+"""Policy search with CMA-ES: maximizes the objective over the parameters of a small network."""
 
 import math
 from copy import deepcopy
@@ -12,7 +12,7 @@ from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies import Architecture
 from flockesc_env.policies.registry import Stored
 from training.cma import growing, maximize
-from training.families import Family, Networks, Rules
+from training.families import Networks
 from training.rounds import Arguments, Rounds, hyperparameters_of
 from training.run import Run
 
@@ -21,8 +21,6 @@ class SearchArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_field
     """Hyperparameters of the search with CMA-ES, which maximizes the objective itself.
 
     Attributes:
-        rule: search for the parameters of this rule instead of a network, a key of ``families.RULES``. The
-            learning curve begins with parameters chosen by hand. Empty: a network.
         inputs: observation entries that the network sees; empty: all. With ``time`` alone the network is an
             open-loop schedule.
         candidate_inputs: entries of a candidate range that the network sees; it then scores every candidate.
@@ -38,7 +36,6 @@ class SearchArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_field
             best checkpoint of all parts is kept.
     """
 
-    rule: str = ""
     inputs: tuple[str, ...] = ()
     candidate_inputs: tuple[str, ...] = ()
     hidden: tuple[int, ...] = (8,)
@@ -56,17 +53,16 @@ class SearchRounds(Rounds[SearchArguments]):
     """A search; a round is a generation, whose policies play the same flocks.
 
     Raises:
-        InputError: if a hyperparameter or the rule is unknown.
+        InputError: if a hyperparameter is unknown.
     """
 
     def __init__(self, run: Run) -> None:
         args = hyperparameters_of(run, SearchArguments)
         super().__init__(run, args, args.generations)
-        self.measures_start = bool(args.rule)
         candidates = args.candidate_inputs
         inputs = args.inputs if args.inputs or candidates else run.policy_spec.layout.names
         network = Architecture(inputs, args.hidden, args.memory, args.mirror, candidate_inputs=candidates)
-        self._family: Family = Rules(run, args.rule) if args.rule else Networks(run, network)
+        self._family = Networks(run, network)
         self._optimizer = self._new_optimizer()
         self._best: FloatArray = np.zeros(0)  # the best center of a checkpoint on tuning flocks
 

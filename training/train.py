@@ -20,6 +20,10 @@ def train(run: Run, *, resume: bool = False) -> Path:
             from training.imitation import ImitationRounds
 
             return ImitationRounds(run).train(resume=resume)
+        case "rule":
+            from training.rule_search import RuleRounds
+
+            return RuleRounds(run).train(resume=resume)
     from training import sb3
 
     return sb3.train(run, resume=resume)

@@ -75,7 +75,7 @@ def run(*, json: Json = False) -> Exit:
             task.spec.text(scale.zero),
             task.spec.text(scale.one),
             scale.reference,
-            f"{task.shortcut.policy} {task.shortcut.score:.3f}",
+            task.rule,
         ]
         for task in tasks.values()
         for name, scale in task.scales.items()

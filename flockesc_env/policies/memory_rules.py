@@ -129,20 +129,20 @@ class WinStayLoseShift(RangeRule, RowMemory):
 
     An agent wins if it listened and heard a better heading than its own. It then stays
     with its range. If it listened and does not win, it shifts from ``short_range`` to ``long_range`` or back,
-    and has rho_i = 0 in the next ``pause`` actions. After that it listens as long as the value of its own
-    heading is below ``threshold``. All other agents have rho_i = 0.
+    and has rho_i = 0 during the next ``pause`` seconds, rounded to whole actions. After that it listens as
+    long as the value of its own heading is below ``threshold``. All other agents have rho_i = 0.
 
     The rule requires one observation per agent and a predator that is visible at any distance, and all agents
     in every call. Each of the first two criteria requires the entry of ``extra_entries`` with its name. The
-    defaults were chosen by hand for the first criterion. For the others, 10 m, 50 m, a cosine of 0.85 and 2
-    actions are about the best.
+    defaults were chosen by hand for the first criterion. For the others, the built-in rules have 10 m, 50 m,
+    a cosine of 0.85 and 0.1 s, chosen by hand for an action in every step.
 
     Args:
         short_range: one rho in m.
         long_range: the other rho in m.
         threshold: closest approach in m, or cosine between heading and (estimated) escape direction, below
             which an agent listens.
-        pause: number of actions, of one model step each, in which an agent that did not win does not listen.
+        pause: time in s for which an agent that did not win does not listen.
         encounter_time: supposed time in s of the predator's closest approach to the flock, only for
             ``"estimated_escape_direction"``. The default fits the paper's flock.
         criterion: ``"closest_approach"``, ``"escape_direction"``, ``"estimated_escape_direction"`` or
@@ -167,6 +167,7 @@ class WinStayLoseShift(RangeRule, RowMemory):
         begins = self._begin(len(observations))
         listened, is_long, paused = self._recall(begins, False, False, 1.0)
         short_range, long_range, threshold, pause, _ = self.parameters
+        pause = np.rint(pause / (spec.options.steps_per_action * spec.scenario.time_step))  # in actions
         if self.criterion == "closest_approach":
             own: Any = observations[:, spec.layout.index("closest_approach")]
             is_better = observations[:, spec.layout.index("heard_closest_approach")] > own

@@ -40,7 +40,15 @@ _SENSING = "predator_sensing_range"  # infinity is null in the file
 _PREDATOR = "predator"  # in the file instead of the model, if the policy controls predators
 _HEADER = {"name", "model", "scenario", "per_agent", "options", "architecture"}
 
-Rule = StubbornWitnesses | ListenWhileThreatened | WinStayLoseShift
+Rule = (
+    rules.FixedRange
+    | rules.StubbornLeaders
+    | rules.ListenWhileFleeing
+    | rules.BestNextHeading
+    | StubbornWitnesses
+    | ListenWhileThreatened
+    | WinStayLoseShift
+)
 Stored = NetworkPolicy | Rule
 """Policies that can be saved: their parameters are an array."""
 
@@ -52,7 +60,7 @@ _PROFILE: dict[str, Any] = {**_VISIBLE, "profile_ranges": PROFILE_RANGES}
 _ESCAPE: dict[str, Any] = {"extra_entries": ("escape_direction",)}
 _APPROACH: dict[str, Any] = {"extra_entries": ("closest_approach",)}
 
-_shift = partial(WinStayLoseShift, 10.0, 50.0, 0.85, 2.0)
+_shift = partial(WinStayLoseShift, 10.0, 50.0, 0.85, 0.1)
 
 _BUILT_IN: Final[dict[str, tuple[Callable[[], BasePolicy], dict[str, Any]]]] = {
     "random": (lambda: rules.RandomRange(0), {}),
@@ -245,9 +253,9 @@ def save_policy(policy: BasePolicy | Any, path: str | Path) -> None:
     """Write a policy with its scenario and options to an npz file; an existing file is replaced atomically.
 
     Args:
-        policy: a ``NetworkPolicy``, ``PredatorNetwork``, ``StubbornWitnesses``, ``ListenWhileThreatened`` or
-            ``WinStayLoseShift``, whose method ``with_options`` gave it a view, a scenario and options; or a
-            model of stable-baselines3, which is written as its ``SB3Policy.network``.
+        policy: a ``NetworkPolicy``, ``PredatorNetwork``, ``FixedRange`` or rule with numbers, whose method
+            ``with_options`` gave it a view, a scenario and options; or a model of stable-baselines3, which is
+            written as its ``SB3Policy.network``.
         path: path of the file.
 
     Raises:

@@ -33,6 +33,7 @@ class FixedRange(BasePolicy):
 
     def __init__(self, interaction_range: float) -> None:
         self.interaction_range = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
+        self.parameters: FloatArray = np.array([self.interaction_range])
 
     def default_options(self, scenario: Scenario) -> dict[str, Any]:
         """Return a ``max_range`` that includes the range."""

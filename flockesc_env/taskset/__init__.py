@@ -3,20 +3,17 @@
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from flockesc_env.taskset.facts import Control, Scale, Shortcut
-from flockesc_env.taskset.task import Task, tasks
+from flockesc_env.taskset.task import Scale, Task, tasks
 
 if TYPE_CHECKING:
     from flockesc_env.taskset.results import PolicyResult, Result, Training, read_result, write_result
     from flockesc_env.taskset.scoring import LoadedPolicy, draw_flocks, score, verify
 
 __all__ = [
-    "Control",
     "LoadedPolicy",
     "PolicyResult",
     "Result",
     "Scale",
-    "Shortcut",
     "Task",
     "Training",
     "draw_flocks",

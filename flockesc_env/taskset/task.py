@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import gymnasium
 import msgspec
@@ -23,7 +23,6 @@ from flockesc_env.episodes.splits import HELD_OUT, first_seeds
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.objectives import ObjectiveSpec
 from flockesc_env.scenario.presets import PRESETS, Scenario
-from flockesc_env.taskset.facts import Control, Scale, Shortcut
 from flockesc_env.taskset.learners import OWN_ALGORITHMS, Learner, learners_of
 
 if TYPE_CHECKING:  # slow to import, so that methods import them
@@ -44,6 +43,34 @@ FLOCKS: Final = first_seeds(HELD_OUT, 1000)
 """Seeds of the flocks, or lines, that every policy is scored on."""
 
 
+Reference = Literal["free headings", "clairvoyant", "informed greedy", "hindsight"]
+
+
+class Scale(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The two objectives that normalize the scores of a task in one scenario.
+
+    ``python -m studies scoreboard-freeze`` measures them.
+
+    Attributes:
+        best_fixed_range: fixed range with the largest mean objective on tuning flocks, in m for a flock.
+        zero: mean objective of the best fixed range on the held-out flocks; the score 0.
+        one: ``zero`` plus the reference's mean gain over the best fixed range; the score 1. The gain is
+            paired: both play the same held-out flocks, all of them or the first ones.
+        one_error: half width of the 95 % interval of ``one``; 0 if the reference plays all flocks.
+        reference: what reaches ``one``; results/scoreboard/README.md describes the kinds.
+    """
+
+    best_fixed_range: float
+    zero: float
+    one: float
+    one_error: float = 0.0
+    reference: Reference
+
+    def score(self, objective: Any) -> Any:
+        """Return the normalized score of an objective or an array of them."""
+        return (objective - self.zero) / (self.one - self.zero)
+
+
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Task:
     """Who sets which ranges, what is observed and scored, and the environments of a task.
@@ -57,10 +84,8 @@ class Task:
         options: options of the environment, which say what a policy may see; without the reward, which a
             trainer chooses.
         samples: number of actions, of one agent or of one flock, that a training run may take.
-        shortcut: the best built-in policy without training, and its score.
         scales: normalization of scores, by the names of the scenarios in which policies are scored.
         scenarios: these scenarios, by name.
-        controls: experiments with blocked warnings, of tasks in which a warning decides.
         seeds: seeds of the held-out flocks that policies are scored on.
         preset: name of the scenario in which policies are trained.
         version: version of the tasks.
@@ -73,10 +98,8 @@ class Task:
     spec: ObjectiveSpec
     options: Mapping[str, Any]
     samples: int
-    shortcut: Shortcut
     scales: Mapping[str, Scale]
     scenarios: Mapping[str, Scenario]
-    controls: tuple[Control, ...]
     preset: str
     version: str
     seeds: range = FLOCKS
@@ -97,7 +120,7 @@ class Task:
             "score 1": "; ".join(
                 f"{text(scale.one)} in {name} ({scale.reference})" for name, scale in scales
             ),
-            "rule": f"{self.shortcut.policy}, score {self.shortcut.score:.3f}",
+            "rule": self.rule,
             "samples": f"at most {self.samples:,} actions, each of one {self.actor}",
             "learners": ", ".join(self.learners),
             "make": f'tasks["{self.name}"].{way}(), .vec_env(num_flocks)',
@@ -113,6 +136,11 @@ class Task:
     def actor(self) -> str:
         """What sets a range: an agent, a flock or a line."""
         return "agent" if self.per_agent else self.spec.model
+
+    @property
+    def rule(self) -> str:
+        """Name of the best rule with numbers that a search chose: the learner ``rule``, its first seed."""
+        return f"{self.name}/rule"
 
     @property
     def num_actions(self) -> int:
@@ -292,8 +320,8 @@ class Task:
                 raise InputError("env", f"flocks of {name}, as of vec_env(scenario={name!r})", shown(env))
             return replace(entry, scenario=chosen, num_threads=num_threads)
 
-        entries, grid = compare.prepared((self.shortcut.policy, *policies), prepare), chosen.search_ranges
-        facts = {"scenario": name, "task": self.name, "rule": self.shortcut.policy}
+        entries, grid = compare.prepared((self.rule, *policies), prepare), chosen.search_ranges
+        facts = {"scenario": name, "task": self.name, "rule": self.rule}
         return compare.judged(entries, self.spec, np.array(grid), best, seeds, **facts)
 
 
@@ -306,9 +334,7 @@ class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     objective: str
     samples: int
     options: dict[str, Any]
-    shortcut: Shortcut
     scales: dict[str, Scale]
-    controls: tuple[Control, ...] = ()
 
     def task(self, name: str, version: str) -> Task:
         """Return the task that the table defines."""

@@ -17,6 +17,7 @@ from flockesc_env.jobs import Arrays
 from flockesc_env.policies import rollout
 from flockesc_env.policies.setup import setup
 from flockesc_env.render.palette import LIGHT
+from flockesc_env.taskset.results import is_file
 from flockesc_env.taskset.statistics import difference, means
 from studies.measurements import Runner, policy_of, share_of, split
 from studies.scoreboard.board import BOARD, best_fixed_range
@@ -68,31 +69,30 @@ def at_equal_load(played: Arrays, fixed: Arrays) -> FloatArray:
     return gain
 
 
-def measure(learned: Iterable[Entry], scale: float, runner: Runner, output: Path) -> None:
-    """Play learners (every training seed), the rules of their tasks and fixed ranges on the same flocks."""
+def measure(pairs: Iterable[tuple[Entry, Entry]], scale: float, runner: Runner, output: Path) -> None:
+    """Play learners and rules (every training seed) and fixed ranges on the same flocks."""
     flocks, jobs, written = share_of(HELD_OUT, FLOCKS, scale), {}, {}
-    entries = {entry.result.task: entry for entry in learned}
-    for name, entry in entries.items():
-        files = [BOARD / entry.entrant.name / one.policy for one in entry.result.policies]
+    entries = {learner.result.task: (learner, rule) for learner, rule in pairs}
+    for name, (learned, chosen) in entries.items():
         policies: dict[str, list[str | bytes]] = {
             "fixed": [f"fixed:{one:g}" for one in tasks[name].scenario.search_ranges],
-            "rule": [tasks[name].shortcut.policy],
-            "learner": [file.read_bytes() for file in files],
+            "rule": _policies_of(chosen),
+            "learner": _policies_of(learned),
         }
         for kind, every in policies.items():
             jobs[name, kind] = split(
                 play, tuple(every), name, flocks=flocks, size=50, seconds=len(every) / 200
             )
     found = runner.run(jobs, "Loads")
-    for name, entry in entries.items():
+    for name, (learned, chosen) in entries.items():
         fixed, rule, learner = (found[name, kind] for kind in ("fixed", "rule", "learner"))
         place = tasks[name].scenario.search_ranges.index(best_fixed_range(tasks[name]))
         best = {column: values[[place]] for column, values in fixed.items()}
         kinds = {"fixed": best, "rule": rule, "learner": learner}
         gains = {"rule": at_equal_load(rule, fixed), "learner": at_equal_load(learner, fixed)}
         written[name] = Load(
-            learner=entry.result.learner,
-            rule=tasks[name].shortcut.policy,
+            learner=learned.result.learner,
+            rule=chosen.result.learner,
             objective={kind: float(one["objective"].mean()) for kind, one in kinds.items()},
             heard={kind: float(one["heard"].mean()) for kind, one in kinds.items()},
             over_fixed=difference(learner["objective"], best["objective"]),
@@ -101,6 +101,12 @@ def measure(learned: Iterable[Entry], scale: float, runner: Runner, output: Path
             curve={column: values.mean(axis=1).tolist() for column, values in fixed.items()},
         )
     write_text(output / LOADS_FILE, document(written))
+
+
+def _policies_of(entry: Entry) -> list[str | bytes]:
+    """Return the contents of the policy files of an entry, or the name of its rule."""
+    policies = [one.policy for one in entry.result.policies]
+    return [(BOARD / entry.entrant.name / one).read_bytes() if is_file(one) else one for one in policies]
 
 
 def loads(output: Path) -> dict[str, Load]:

@@ -26,14 +26,14 @@ from studies.study import Study, template
 FIGURES: Final = "figures"
 OUTCOMES: Final = ("loss", "tie", "win")
 
-RULE, SEARCHED, NETWORK = "untrained rule", "searched rule", "network"
+BY_HAND, CHOSEN, NETWORK = "rule, numbers by hand", "rule, chosen numbers", "network"
 REINFORCEMENT: Final = "reinforcement learning"
-KINDS: Final = (RULE, SEARCHED, NETWORK, REINFORCEMENT)
+KINDS: Final = (BY_HAND, CHOSEN, NETWORK, REINFORCEMENT)
 
 
 @dataclass(frozen=True)
 class Row:
-    """A task: its best entry of each kind, and the paired difference of what was learned to the rule."""
+    """A task: its best entry of each kind, and the paired difference of what was learned to the best rule."""
 
     task: Task
     best: dict[str, Entry]
@@ -41,13 +41,20 @@ class Row:
     @property
     def learned(self) -> Entry:
         """The better one of network and reinforcement learning."""
-        found = [self.best[kind] for kind in (NETWORK, REINFORCEMENT) if kind in self.best]
-        return max(found, key=lambda entry: entry.score.mean)
+        return self._best_of(NETWORK, REINFORCEMENT)
+
+    @property
+    def rule(self) -> Entry:
+        """The better one of the rules with numbers that a person or a search chose."""
+        return self._best_of(BY_HAND, CHOSEN)
 
     @property
     def gain(self) -> Estimate:
-        """The paired difference of the learned policies to the untrained rule."""
-        return difference(values(self.learned), values(self.best[RULE]))
+        """The paired difference of the learned policies to the best rule."""
+        return difference(values(self.learned), values(self.rule))
+
+    def _best_of(self, *kinds: str) -> Entry:
+        return max((self.best[kind] for kind in kinds if kind in self.best), key=lambda one: one.score.mean)
 
 
 def values(entry: Entry) -> FloatArray:
@@ -59,10 +66,8 @@ def values(entry: Entry) -> FloatArray:
 
 def kind_of(entry: Entry) -> str:
     """Return the kind of an entry of the scoreboard, one of ``KINDS``."""
-    if entry.result.training is None:
-        return RULE
     if not entry.is_learned:
-        return SEARCHED
+        return BY_HAND if entry.result.training is None else CHOSEN
     return REINFORCEMENT if entry.entrant.card.kind == REINFORCEMENT else NETWORK
 
 
@@ -75,23 +80,33 @@ def rows_of(entries: dict[str, list[Entry]]) -> list[Row]:
             best.setdefault(kind_of(entry), entry)
         found.append(Row(tasks[name], best))
     # Differences of scores compare tasks.
-    return sorted(found, key=lambda row: row.learned.score.mean - row.best[RULE].score.mean)
+    return sorted(found, key=lambda row: row.learned.score.mean - row.rule.score.mean)
 
 
 def tasks_table(rows: Sequence[Row]) -> str:
     """Return the README's table of tasks as Markdown, losses first."""
     lines = [
-        "| task | range per | best fixed | best untrained rule | learned "
+        "| task | range per | best fixed | best rule | episodes | learned | episodes "
         "| learned minus rule, 95 % interval |",
-        "|---|---|---|---|---|---|",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for row in rows:
         zero = np.mean([scale.zero for scale in row.task.scales.values()])
-        means = (zero, values(row.best[RULE]).mean(), values(row.learned).mean())
         digits = row.task.spec.digits
-        cells = [row.task.name, row.task.actor, *(f"{mean:.{digits}f}" for mean in means)]
+        cells = [row.task.name, row.task.actor, f"{zero:.{digits}f}"]
+        for entry in (row.rule, row.learned):
+            cells += [f"{values(entry).mean():.{digits}f}", episodes_of(entry)]
         lines.append(f"| {' | '.join(cells)} | {row.gain:+.{digits}f} |")
     return "\n".join(lines)
+
+
+def episodes_of(entry: Entry) -> str:
+    """Return the number of episodes of a training run if it counted them, those on tuning flocks included."""
+    training = entry.result.training
+    if training is None:
+        return "by hand"
+    count = training.episodes + training.evaluations
+    return f"{count:,}" if count else "-"
 
 
 def outcome(gain: Estimate) -> str:
@@ -126,7 +141,8 @@ def measure(runner: Runner, output: Path, scale: float) -> None:
     controls.measure_blocked(chosen, scale, runner, output)
     losses.measure(chosen, scale, runner, output)
     rows = rows_of(entries_of(load_board()))
-    loads.measure([row.learned for row in rows if row.task.name in loads.TASKS], scale, runner, output)
+    pairs = [(row.learned, row.rule) for row in rows if row.task.name in loads.TASKS]
+    loads.measure(pairs, scale, runner, output)
 
 
 def figures(results: Findings) -> dict[str, Figure]:
@@ -152,6 +168,7 @@ def report(results: Findings) -> str:
         rows=rows,
         outcomes={kind: [row.task.name for row in rows if outcome(row.gain) == kind] for kind in OUTCOMES},
         kinds=KINDS,
+        episodes_of=episodes_of,
         tasks=tasks,
         results=results,
         headlines=by_task,

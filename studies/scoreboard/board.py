@@ -18,11 +18,11 @@ from flockesc_env.common.files import atomic_write
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Arrays
-from flockesc_env.policies import NAMES
 from flockesc_env.policies.registry import TRAINED, parse_policy
 from flockesc_env.taskset import LoadedPolicy, Result, Task, Training, read_result, score, write_result
 from flockesc_env.taskset.statistics import means
 from studies.scoreboard.trainings import TRANSFERRED, Key, hyperparameters_of, versions_of
+from training.families import rules_of
 
 BOARD: Final = Path("scoreboard")
 ABLATIONS: Final = Path("results/scoreboard/ablations")
@@ -36,18 +36,21 @@ BEST_FIXED: Final = Path("results/scoreboard/best_fixed.parquet")
 ANY_RATE: Final = Path("results/scoreboard/any_rate.json")
 """What rules reach with their own options, by task and rule: the mean score."""
 
-CHOOSING, CONTROLLING = first_seeds(TUNING, 200), TUNING[1000:2000]
-"""Tuning flocks that choose the shortcuts, and those of the controls, on which nothing was chosen."""
+CONSTANTS: Final = Path("results/scoreboard/constants.json")
+"""What a finer grid of fixed ranges gains in every task, and what a warning is worth to a constant range."""
 
-SHIPPED: Final = ("search", "searched-rule", "schedule", "imitation", "ppo")
+CHOOSING, CONTROLLING = first_seeds(TUNING, 200), TUNING[1000:2000]
+"""Tuning flocks that choose constants for the value of a warning, and those that measure it."""
+
+SHIPPED: Final = ("rule", "search", "searched-rule", "schedule", "imitation", "ppo")
 """Learners with policies in the wheel, one of each kind."""
 
 
 class Card(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What a person says about a learner: the file ``card.toml`` in its folder.
 
-    Nobody trained a ``"rule"``. ``code`` is a link or a command. ``license`` is the license of the policy
-    files.
+    A person chose the numbers of a ``"rule"``. ``code`` is a link or a command. ``license`` is the license of
+    the policy files.
     """
 
     kind: Literal["rule", "search", "imitation", "reinforcement learning"]
@@ -133,21 +136,13 @@ def ship(board: Sequence[Entrant]) -> None:
             file.write_bytes((BOARD / entrant.name / result.policies[0].policy).read_bytes())
 
 
-def rules_of(task: Task) -> list[str]:
-    """Return the names of the built-in rules that fit a task."""
-    found = []
-    for name in NAMES[2:]:  # without fixed and random ranges
-        with suppress(InputError):
-            task.setup(name)
-            found.append(name)
-    return found
-
-
 def _rules() -> Iterator[_Unscored]:
-    """Yield the rules that fit every task, random ranges, and a shortcut that is a fixed range."""
+    """Yield random ranges and the rules that fit every task, and the best fixed range of one scenario."""
     for task in tasks.values():
-        for rule in dict.fromkeys((task.shortcut.policy, "random", *rules_of(task))):
-            yield _Unscored("fixed-range" if rule.startswith("fixed:") else rule, task, [rule])
+        for rule in ("random", *rules_of(task)):
+            yield _Unscored(rule, task, [rule])
+        if len(task.scales) == 1:
+            yield _Unscored("fixed-range", task, [f"fixed:{best_fixed_range(task):g}"])
 
 
 def _trained(trained: Mapping[Key, Arrays]) -> Iterator[_Unscored]:

@@ -1,15 +1,15 @@
 """Measures what normalizes the scores of the tasks, and writes it into the file that is then frozen.
 
-The file says what a person decides about a task. The rest follows: the scales, the shortcut and the numbers
-of the controls. ``ANY_RATE`` gets the scores that rules reach with their own options, ``BEST_FIXED`` what the
-best fixed range reaches on every flock.
+The file says what a person decides about a task. The scales follow. ``ANY_RATE`` gets the scores that rules
+reach with their own options, ``BEST_FIXED`` what the best fixed range reaches on every flock, ``CONSTANTS``
+what a finer grid gains and what a warning is worth to a constant range.
 """
 
 import json
 import math
 import tomllib
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple
 from pathlib import Path
 from typing import Any, Final
 
@@ -28,8 +28,9 @@ from flockesc_env.scenario.presets import Scenario
 from flockesc_env.taskset.task import FLOCKS, Task, read_tasks, tasks
 from studies.measurements import Runner, play_jobs, split
 from studies.scoreboard import references
-from studies.scoreboard.board import ANY_RATE, BEST_FIXED, BOARD, CHOOSING, CONTROLLING, column_of, rules_of
+from studies.scoreboard.board import ANY_RATE, BEST_FIXED, BOARD, CHOOSING, CONSTANTS, CONTROLLING, column_of
 from studies.study import document
+from training.families import rules_of
 
 _SIMULATED_FLOCKS: Final = {"paper-flock": 200, "startled": 60, "varied": 60}
 """Number of held-out flocks for the search of clairvoyant schedules, by scenario. One takes seconds."""
@@ -41,15 +42,59 @@ def freeze(path: Path, names: Sequence[str], runner: Runner) -> None:
     for name in names or tasks:
         task, entry = tasks[name], frozen["tasks"][name]
         entry["scales"] = {scenario: _scale(task, scenario, runner) for scenario in task.scenarios}
-        player = _Player(read_tasks(tomli_w.dumps(frozen))[name], runner)
-        entry["shortcut"] = player.shortcut()
-        rates[name] = {rule: player.score(rule, own=True) for rule in rules_of(task)}
-        for control in entry.get("controls", ()):
-            control |= player.control(control["policy"], control["baseline"])
+        measured = read_tasks(tomli_w.dumps(frozen))[name]
+        rates[name] = {rule: own_score(measured, rule, runner) for rule in rules_of(task)}
     text = tomli_w.dumps(frozen)
     write_text(path, text)
     write_best_fixed(read_tasks(text).values(), runner)
+    write_constants(runner)
     write_text(ANY_RATE, document({name: rates[name] for name in tasks if name in rates}))
+
+
+def write_constants(runner: Runner) -> None:
+    """Write ``CONSTANTS``: see ``finer`` and ``warning``."""
+    finest = {name: {one: finer(task, one, runner) for one in task.scales} for name, task in tasks.items()}
+    warned = {name: warning(tasks[name], runner) for name in tasks if name.startswith("warned")}
+    write_text(CONSTANTS, document({"finer": finest, "warning": warned}))
+
+
+def finer(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
+    """Return the best of 7 ranges between the neighbors of the best fixed range, and its gain over that.
+
+    Tuning flocks choose it, as many as chose the best fixed range. The paired gain is on held-out flocks.
+    """
+    model, zero = task.scenarios[scenario], task.scales[scenario].best_fixed_range
+    grid = task.scenario.search_ranges
+    place = grid.index(zero)
+    near = np.linspace(grid[max(place - 1, 0)], grid[min(place + 1, len(grid) - 1)], 7).round(6).tolist()
+    tuned = _fixed(model, near, _tuning(model), task, runner)
+    best = near[int(tuned.mean(axis=1).argmax())]
+    played = _fixed(model, [best, zero], FLOCKS, task, runner)
+    return {"range": best, "gain": astuple(mean(played[0] - played[1]))}
+
+
+def warning(task: Task, runner: Runner) -> dict[str, Any]:
+    """Return the best constant range with warnings and without, what both reach, and the difference.
+
+    Tuning flocks choose the ranges. Others, on which nothing was chosen, measure them.
+    """
+    (model,), played = task.scenarios.values(), {}
+    found: dict[str, Any] = {}
+    for name, changed in {"hearing": model, "blocked": model.replace(blocks_warnings=True)}.items():
+        grid = sorted({*model.search_ranges, *map(float, range(0, 50, 2))})
+        best = grid[int(_fixed(changed, grid, CHOOSING, task, runner).mean(axis=1).argmax())]
+        (played[name],) = _fixed(changed, [best], CONTROLLING, task, runner)
+        found[name] = {"range": best, "objective": astuple(mean(played[name]))}
+    return {**found, "worth": astuple(mean(played["hearing"] - played["blocked"]))}
+
+
+def _fixed(model: Scenario, grid: Sequence[float], flocks: range, task: Task, runner: Runner) -> FloatArray:
+    """Return the objective of fixed ranges, shape (ranges, flocks)."""
+    return runner.join(seed_jobs(OUTCOMES, model, tuple(grid), flocks), "Fixed ranges")[task.spec.name]
+
+
+def _tuning(model: Scenario) -> range:
+    return first_seeds(TUNING, 200 if model.num_agents > 500 else 1000)  # large flocks are slow
 
 
 def write_best_fixed(measured: Iterable[Task], runner: Runner) -> None:
@@ -63,54 +108,20 @@ def write_best_fixed(measured: Iterable[Task], runner: Runner) -> None:
     write_table(pl.DataFrame({key: found[key.split()[1]][0] for key, found in played.items()}), BEST_FIXED)
 
 
-@dataclass(frozen=True)
-class _Player:
-    """Plays policies on a task."""
-
-    task: Task
-    runner: Runner
-
-    def play(self, policy: str, model: Scenario, flocks: range, *, own: bool = False) -> FloatArray:
-        """Return the objective of every flock with the options of the task, or the policy's own ones."""
-        entry = self.task.setup(policy)
-        options = {} if own else {"per_agent": entry.per_agent, **vars(entry.options)}
-        jobs = play_jobs(policy, model, self.task.spec.name, flocks, **options)
-        return self.runner.join(jobs, policy)["objective"]
-
-    def score(self, policy: str, *, own: bool = False) -> float:
-        """Return the mean score of a policy on the held-out flocks."""
-        models = self.task.scenarios.items()
-        played = {name: self.play(policy, model, FLOCKS, own=own) for name, model in models}
-        return float(self.task.normalize(played).mean())
-
-    def shortcut(self) -> dict[str, Any]:
-        """Return the untrained policy that is best on tuning flocks, and its score on held-out ones."""
-        fixed = [f"fixed:{scale.best_fixed_range:.12g}" for scale in self.task.scales.values()]
-        reached = {
-            policy: np.mean([self.play(policy, model, CHOOSING) for model in self.task.scenarios.values()])
-            for policy in dict.fromkeys((*rules_of(self.task), "random", *fixed))
-        }
-        best = max(reached, key=lambda policy: reached[policy])
-        return {"policy": best, "score": round(self.score(best), 12) + 0.0}
-
-    def control(self, policy: str, baseline: str) -> dict[str, Any]:
-        """Return the gain of a policy over another one, with and without warnings."""
-        found, (model,) = {}, self.task.scenarios.values()
-        for name, changes in {"gain": {}, "gain_blocked": {"blocks_warnings": True}}.items():
-            changed = model.replace(**changes)
-            gain = self.play(policy, changed, CONTROLLING) - self.play(baseline, changed, CONTROLLING)
-            found[name] = astuple(mean(gain))
-        return found
+def own_score(task: Task, rule: str, runner: Runner) -> float:
+    """Return the mean score of a rule with its own options on the held-out flocks."""
+    played = {}
+    for name, model in task.scenarios.items():
+        played[name] = runner.join(play_jobs(rule, model, task.spec.name, FLOCKS), rule)["objective"]
+    return float(task.normalize(played).mean())
 
 
 def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
     """Return the scale of a scenario: the best fixed range, scores 0 and 1 and what reaches score 1."""
     grid, model = task.scenario.search_ranges, task.scenarios[scenario]
-    tuning = first_seeds(TUNING, 200 if model.num_agents > 500 else 1000)  # large flocks are slow
-    jobs = seed_jobs(OUTCOMES, model, grid, tuning)
-    tuned = runner.join(jobs, f"Fixed ranges in {scenario}")[task.spec.name]
+    tuned = _fixed(model, grid, _tuning(model), task, runner)
     best = grid[int(tuned.mean(axis=1).argmax())]
-    fixed = _Player(task, runner).play(f"fixed:{best:.12g}", model, FLOCKS)
+    (fixed,) = _fixed(model, [best], FLOCKS, task, runner)
     kind = _kind(task, model)
     reached = _reference(task, kind, scenario, runner)
     same_flocks = fixed[: len(reached)]
@@ -154,6 +165,7 @@ def _hindsight(task: Task, scenario: str, runner: Runner) -> FloatArray:
     files = sorted(BOARD.glob(f"*/policies/{task.name}-*.npz"))
     plays = {file: play_jobs(file.read_bytes(), model, task.spec.name, FLOCKS) for file in files}
     learned = [found["objective"] for found in runner.run(plays, "Policies of the scoreboard").values()]
-    drawn = _Player(task, runner).play("random", model, FLOCKS)
-    best: FloatArray = np.max([*fixed, *learned, drawn], axis=0)
+    options = vars(task.setup("random").options)
+    drawn = runner.join(play_jobs("random", model, task.spec.name, FLOCKS, **options), "Random ranges")
+    best: FloatArray = np.max([*fixed, *learned, drawn["objective"]], axis=0)
     return best

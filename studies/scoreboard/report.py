@@ -4,11 +4,12 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 
 from flockesc_env.common.stats import Estimate, FloatArray
+from flockesc_env.policies import load_policy
 from flockesc_env.taskset import Result, tasks
 from flockesc_env.taskset.statistics import difference
 from flockesc_env.taskset.task import FLOCKS, VERSION
@@ -21,12 +22,12 @@ RESULTS: Final = Path("results/scoreboard")
 
 @dataclass(frozen=True)
 class Entry:
-    """A row of a task's table: a learner or rule, its score, and its paired difference to the shortcut."""
+    """A row of a task's table: a learner or rule, its score, and its paired difference to the chosen rule."""
 
     entrant: Entrant
     result: Result
     score: Estimate
-    over_shortcut: Estimate
+    over_rule: Estimate
 
     @property
     def by_seed(self) -> FloatArray:
@@ -40,10 +41,24 @@ class Entry:
         return self.result.training is not None and "rule" not in self.result.learner
 
     @property
+    def chosen(self) -> list[str]:
+        """The rule that every training seed chose, with its numbers."""
+        folder = board.BOARD / self.result.learner
+        rules = [load_policy(folder / one.policy) for one in self.result.policies]
+        return [f"`{_text_of(rule)}`" for rule in rules]
+
+    @property
+    def starts(self) -> int:
+        """Number of training seeds that return the best fixed range, at which they started."""
+        return int((np.abs(scores_of(self.result)).max(axis=1) < 1e-3).sum())
+
+    @property
     def group(self) -> int:
         """Place of the row's table: 0 for rules, 1 at the task's samples (within 2 %), 2 at others."""
         training, samples = self.result.training, tasks[self.result.task].samples
-        return 0 if training is None else 1 + (abs(training.samples - samples) > 0.02 * samples)
+        if training is None or not self.is_learned:
+            return 0
+        return 1 + (abs(training.samples - samples) > 0.02 * samples)
 
 
 def entries_of(entrants: Sequence[Entrant]) -> dict[str, list[Entry]]:
@@ -51,49 +66,44 @@ def entries_of(entrants: Sequence[Entrant]) -> dict[str, list[Entry]]:
     entries: dict[str, list[Entry]] = {}
     for name, task in tasks.items():
         results = {entrant: entrant.results[name] for entrant in entrants if name in entrant.results}
-        (shortcut,) = (one for one in results.values() if one.policies[0].policy == task.shortcut.policy)
+        (rule,) = (one for one in results.values() if one.learner == "rule")
         found = []
         for entrant, result in results.items():
-            over = difference(scores_of(result), scores_of(shortcut))
+            over = difference(scores_of(result), scores_of(rule))
             found.append(Entry(entrant, result, score_of(result), with_reference_error(over, task)))
         entries[name] = sorted(found, key=lambda entry: -entry.score.mean)
     return entries
 
 
-@dataclass(frozen=True)
-class Ablation:
-    """A change of one choice of ``ppo`` on a task: the scores with it and without it."""
-
-    task: str
-    change: str
-    changed: Estimate
-    unchanged: Estimate
+def _text_of(rule: Any) -> str:
+    """Return a rule with its numbers as text."""
+    name, numbers = type(rule).__name__, ", ".join(f"{number:.3g}" for number in rule.parameters)
+    return f"{name}({numbers}, {rule.criterion})" if hasattr(rule, "criterion") else f"{name}({numbers})"
 
 
-def ablations_of(results: Sequence[Result], entries: dict[str, list[Entry]]) -> list[Ablation]:
-    """Return the ablations of every task, the highest score first."""
-    found = []
-    for name, shown in entries.items():
-        (ppo,) = (entry for entry in shown if entry.result.learner == "ppo")
-        for result in (one for one in results if one.task == name):
-            assert result.training is not None  # noqa: S101, an ablation is trained
-            change = result.training.hyperparameters["note"].removeprefix(board.ABLATION)
-            found.append(Ablation(name, change, score_of(result), ppo.score))
-    return sorted(found, key=lambda one: (list(entries).index(one.task), -one.changed.mean))
+def _best_learned(shown: Sequence[Entry]) -> Entry:
+    return next(entry for entry in shown if entry.is_learned)
+
+
+def _ablations() -> list[tuple[Result, Estimate]]:
+    """Return the results of learners that change one choice of ``ppo``, the highest score of a task first."""
+    found = [(result, score_of(result)) for result in board.load_ablations()]
+    return sorted(found, key=lambda one: (list(tasks).index(one[0].task), -one[1].mean))
 
 
 def report(entrants: Sequence[Entrant]) -> str:
     """Return the report as Markdown."""
     entries = entries_of(entrants)
-    every = [(name, entry) for name, shown in entries.items() for entry in shown if entry.result.training]
+    every = [(name, entry) for name, shown in entries.items() for entry in shown if entry.is_learned]
     gains = json.loads(rewards.FILE.read_text())
     text = template("scoreboard/templates/scoreboard.md").render(
         tasks=tasks,
         entries=entries,
-        ablations=ablations_of(board.load_ablations(), entries),
-        lost=[(name, entry) for name, entry in every if entry.over_shortcut.high < 0],
+        ablations=_ablations(),
+        order=sorted(entries, key=lambda name: _best_learned(entries[name]).over_rule.mean),
+        best_learned=_best_learned,
+        constants=json.loads(board.CONSTANTS.read_text()),
         below=[(name, entry) for name, entry in every if entry.score.high < 0],
-        trained=len(every),
         board=entrants,
         folder=board.BOARD,
         version=VERSION,

@@ -11,9 +11,10 @@ from typing import Final, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
+from scipy.stats import binom
 
 from flockesc_env import FlockScenario, sweep
-from flockesc_env.common.stats import Estimate, mean
+from flockesc_env.common.stats import CONFIDENCE, Estimate, mean
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.render.palette import LIGHT
@@ -41,6 +42,7 @@ ALIGNMENTS: Final = (0.3, 1.0, 3.0)  # strengths of alignment
 FLOCKS: Final = 50  # tuning flocks, and held-out flocks, in each world
 PAPER_FLOCKS: Final = 1_000  # the same in the paper's own
 CAPTURE_RADIUS: Final = 2.0  # in m, of pursuers
+BY_CHANCE: Final = (1 - CONFIDENCE) / 2  # share of intervals that lie below a true value of 0
 
 
 @dataclass(frozen=True)
@@ -169,6 +171,11 @@ def _warned(world: World, objective: str, measured: Mapping[tuple[World, str], A
         blocked=EndGains(mean(gain_blocked), mean(blocked[best] - blocked[-1])),
         removed=mean(gain / 2 - gain_blocked),
     )
+
+
+def probability(count: int, pairs: int) -> float:
+    """Return the probability that ``count`` or more of some intervals lie below a true value of 0."""
+    return float(binom.sf(count - 1, pairs, BY_CHANCE))
 
 
 def verdict(results: ValueOfWarnings) -> Verdict:

@@ -45,6 +45,10 @@ def rule_policy(rule: Any) -> policies.BasePolicy:
     [
         flock_policy(),
         line_policy(),
+        rule_policy(policies.FixedRange(3.0)),
+        rule_policy(policies.StubbornLeaders(-0.5, 30.0)),
+        policies.ListenWhileFleeing(-0.5, 30.0).with_options(name="mine", per_agent=False, scenario=SCENARIO),
+        rule_policy(policies.BestNextHeading(0.25)).with_options(profile_ranges=(0.0, 10.0)),
         rule_policy(policies.StubbornWitnesses(0.25, 50.0, 12.0, 30.0, 2.0)),
         rule_policy(policies.ListenWhileThreatened(40.0, 20.0, 30.0)),
         rule_policy(policies.WinStayLoseShift(10.0, 30.0, 20.0)),
@@ -148,12 +152,12 @@ def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "policy",
     [
-        policies.FixedRange(3).with_options(per_agent=True, scenario=SCENARIO),
+        policies.RandomRange(3).with_options(per_agent=True, scenario=SCENARIO),
         NetworkPolicy(LINE, [1, -2, 0.5]),
     ],
 )
 def test_policies_that_cannot_be_saved_are_refused(policy: policies.BasePolicy, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="policy: expected a NetworkPolicy, StubbornWitnesses, "):
+    with pytest.raises(InputError, match="policy: expected a NetworkPolicy, FixedRange, "):
         fe.save_policy(policy, tmp_path / "policy.npz")
     assert not list(tmp_path.iterdir())
 
@@ -167,7 +171,7 @@ def test_policies_that_cannot_be_saved_are_refused(policy: policies.BasePolicy, 
         (line_policy, {"options": {"action_mode": "range"}}, "action_mode: expected 'normalized'"),
         (flock_policy, {"options": {"max_rang": 3.0}}, "did you mean max_range"),
         (flock_policy, {"model": "fish"}, "model: expected one of flock, line, got 'fish'"),
-        (flock_policy, {"architecture": "Rule"}, "architecture: expected one of StubbornWitnesses, "),
+        (flock_policy, {"architecture": "Rule"}, "architecture: expected one of FixedRange, "),
     ],
 )
 def test_a_policy_that_cannot_act_is_refused(

@@ -91,8 +91,8 @@ def test_loads_are_those_of_the_scoreboards_flocks() -> None:
             values = result.values(next(iter(task.scales)))[:, : loads.FLOCKS]
             assert load.objective[kind] == pytest.approx(values.mean(), rel=1e-12)
     flocks, task = HELD_OUT[:2], fe.tasks["per-agent-visible"]
-    played = loads.play(("fixed:12", task.shortcut.policy), task.name, flocks)
-    for row, (policy, options) in enumerate({"fixed:12": {}, task.shortcut.policy: task.options}.items()):
+    played = loads.play(("fixed:12", task.rule), task.name, flocks)
+    for row, (policy, options) in enumerate({"fixed:12": {}, task.rule: task.options}.items()):
         episodes: Any = fe.rollout(task.scenario, policy, flocks, per_agent=True, **options)
         assert played["heard"][row].tolist() == episodes.mean_heard.tolist()
 

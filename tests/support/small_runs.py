@@ -30,6 +30,7 @@ _REPLAY = {
     "policy_kwargs": {"activation_fn": "torch.nn:Tanh"},
 }
 _SEARCH = {"population": 6, "flocks": 2, "generations": 4, "checkpoint_every": 2}
+_RULE = {"rounds": 4, "population": 6, "episodes": 84, "judged": 40, "checkpoint_every": 2}
 _IMITATION = {
     "teacher": "fixed:5",
     "ranges": [0.0, 5.0, 10.0],
@@ -51,6 +52,7 @@ LEARNERS: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
     "RecurrentPPO": ("per-agent-local", {}, _PPO),
     "search": ("per-agent-visible", {}, _SEARCH),
     "imitation": ("one-range", {}, _IMITATION),
+    "rule": ("per-agent-visible", {}, _RULE),
 }
 """Task, options and hyperparameters by algorithm."""
 

@@ -62,7 +62,7 @@ def test_a_comparison_is_that_of_rollouts_and_sweeps(run: Path) -> None:
     assert list(found.values)[:2] == [f"best fixed range ({best:g} m)", ORACLE]
     np.testing.assert_array_equal(fixed, fe.rollout(SMALL, FixedRange(best), HELD_OUT).min_mean_distance)
     np.testing.assert_array_equal(oracle, fe.sweep(SMALL, SMALL.search_ranges, HELD_OUT).hindsight_oracle())
-    leaders = fe.rollout(SMALL, task.shortcut.policy, HELD_OUT, **task.options)
+    leaders = fe.rollout(SMALL, task.rule, HELD_OUT, **task.options)
     np.testing.assert_array_equal(rule, leaders.min_mean_distance)
     np.testing.assert_array_equal(three, same)
     entry = load_policy(run / "policy.npz")

@@ -9,12 +9,14 @@ import numpy as np
 import pytest
 from small_runs import SMALL, small_run, small_task
 
-from flockesc_env import InputError, load_policy
+from flockesc_env import InputError, load_policy, simulate
+from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.policies import Architecture, WinStayLoseShift
 from flockesc_env.taskset.learners import Learner
 from training.branches import Branches
-from training.families import Family, Networks, Rules
+from training.families import Networks, Rules, rules_of
 from training.imitation import ImitationArguments, ImitationRounds, fit
+from training.rule_search import RuleRounds
 from training.run import Run
 from training.search import SearchRounds
 from training.train import train
@@ -38,7 +40,7 @@ FAMILIES = {
 @pytest.mark.parametrize("name", FAMILIES)
 def test_a_generation_plays_as_its_policies_do(name: str, tmp_path: Path) -> None:
     run = small_run(tmp_path / "run", "search", options=OPTIONS)
-    family: Family = FAMILIES[name](run)
+    family: Any = FAMILIES[name](run)
     vectors = np.random.default_rng(0).normal(size=(3, family.size))
     for _ in range(2):  # the second run starts without the memory of the first
         together, num_actions = family.play(vectors, SEEDS)
@@ -57,25 +59,53 @@ def curve(run: Run) -> list[tuple[int, float]]:
     return json.loads((run.folder / "run.json").read_text())["curve"]
 
 
-def test_a_search_of_a_rule_begins_with_parameters_chosen_by_hand(tmp_path: Path) -> None:
-    own = {"extra_entries": ("closest_approach",), "steps_per_action": 1, "max_range": 100.0}
-    run = search(tmp_path / "run", rule="win-stay-lose-shift", step_size=1e-12, options=own)
-    found = load_policy(train(run))
-    assert isinstance(found, WinStayLoseShift)
-    np.testing.assert_allclose(found.parameters, WinStayLoseShift().parameters)
-    assert curve(run)[0][0] == 0
-
-
 def stop(*_: Any) -> None:
     raise KeyboardInterrupt
 
 
-@pytest.mark.parametrize("algorithm", ["search", "imitation"])
+def test_a_search_for_a_rule_keeps_the_better_half_with_the_numbers_that_are_best_on_tuning_flocks(
+    tmp_path: Path,
+) -> None:
+    run = small_run(tmp_path / "run", "rule")
+    rounds = RuleRounds(run)
+    judged, left = [], []
+
+    def judge(rounds: RuleRounds) -> None:
+        before = [one.name for one in rounds._left]
+        RuleRounds.add_point(rounds)
+        judged.append(first_seeds(TUNING, 40 // (2 * len(before))))
+        left.append([one.name for one in rounds._left])
+
+    rounds.add_point = lambda: judge(rounds)  # type: ignore[method-assign]
+    found = load_policy(rounds.train())
+    assert [len(names) for names in left] == [4, 2]
+    assert set(left[1]) < set(left[0]) < {"fixed", *rules_of(run.task)}
+    best = [run.objectives(found, judged[1]).mean(), curve(run)[-1][1]]
+    assert best[0] == best[1]
+    by_hand = [run.objectives(Rules(run, name).policy(np.zeros(5)), judged[1]).mean() for name in left[1]]
+    assert best[0] >= max(by_hand)
+    assert run.task.setup(found).options.extra_entries == ()
+    measured = json.loads((run.folder / "run.json").read_text())
+    assert measured["episodes"] + measured["evaluations"] <= 4 * 84 + 2 * 40
+
+
+@pytest.mark.parametrize("steps", [1, 2, 4])
+def test_a_pause_lasts_seconds_at_every_rate(steps: int) -> None:
+    """An agent that lost listens again after the pause: it is below the threshold all the time."""
+    flock = SMALL.replace(num_steps=32)
+    rule = WinStayLoseShift(30.0, 30.0, 2.0, 0.4, criterion="estimated_escape_direction")
+    options: dict[str, Any] = {"predator_sensing_range": np.inf, "steps_per_action": steps}
+    ranges = simulate(flock, policy=rule, seed=3, **options).interaction_ranges
+    silent = "".join("l" if rho else "s" for rho in ranges[:, 0]).strip("s").split("l")
+    assert {len(part) for part in silent if part} == {round(0.4 / flock.time_step)}
+
+
+@pytest.mark.parametrize("algorithm", ["search", "imitation", "rule"])
 def test_a_resumed_run_ends_as_one_that_nobody_interrupts(
     algorithm: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = load_policy(train(small_run(tmp_path / "whole", algorithm)))
-    kind = SearchRounds if algorithm == "search" else ImitationRounds
+    kind: Any = {"search": SearchRounds, "imitation": ImitationRounds, "rule": RuleRounds}[algorithm]
     run = small_run(tmp_path / "cut", algorithm)
     round_ = kind.round
     with monkeypatch.context() as patch:
