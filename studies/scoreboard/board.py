@@ -39,8 +39,8 @@ ANY_RATE: Final = Path("results/scoreboard/any_rate.json")
 CONSTANTS: Final = Path("results/scoreboard/constants.json")
 """What a finer grid of fixed ranges gains in every task, and what a warning is worth to a constant range."""
 
-CHOOSING, CONTROLLING = first_seeds(TUNING, 200), TUNING[1000:2000]
-"""Tuning flocks that choose constants for the value of a warning, and those that measure it."""
+CHOOSING, CONTROLLING = first_seeds(TUNING, 50), TUNING[1000:2000]
+"""Tuning flocks that choose a constant range without warnings, and those that measure it."""
 
 SHIPPED: Final = ("rule", "search", "searched-rule", "schedule", "imitation", "ppo")
 """Learners with policies in the wheel, one of each kind."""

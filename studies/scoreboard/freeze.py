@@ -54,7 +54,10 @@ def freeze(path: Path, names: Sequence[str], runner: Runner) -> None:
 def write_constants(runner: Runner) -> None:
     """Write ``CONSTANTS``: see ``finer`` and ``warning``."""
     finest = {name: {one: finer(task, one, runner) for one in task.scales} for name, task in tasks.items()}
-    warned = {name: warning(tasks[name], runner) for name in tasks if name.startswith("warned")}
+    warned = {}
+    for name in ("warned-flock", "warned-agents"):
+        (best,) = (one["range"] for one in finest[name].values())
+        warned[name] = warning(tasks[name], best, runner)
     write_text(CONSTANTS, document({"finer": finest, "warning": warned}))
 
 
@@ -73,19 +76,21 @@ def finer(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
     return {"range": best, "gain": astuple(mean(played[0] - played[1]))}
 
 
-def warning(task: Task, runner: Runner) -> dict[str, Any]:
-    """Return the best constant range with warnings and without, what both reach, and the difference.
+def warning(task: Task, best: float, runner: Runner) -> dict[str, Any]:
+    """Return what the best constant range reaches with warnings and without, and the difference.
 
-    Tuning flocks choose the ranges. Others, on which nothing was chosen, measure them.
+    ``best`` is the range with warnings. Tuning flocks choose the one without. Others, on which nothing was
+    chosen, measure both.
     """
-    (model,), played = task.scenarios.values(), {}
-    found: dict[str, Any] = {}
-    for name, changed in {"hearing": model, "blocked": model.replace(blocks_warnings=True)}.items():
-        grid = sorted({*model.search_ranges, *map(float, range(0, 50, 2))})
-        best = grid[int(_fixed(changed, grid, CHOOSING, task, runner).mean(axis=1).argmax())]
-        (played[name],) = _fixed(changed, [best], CONTROLLING, task, runner)
-        found[name] = {"range": best, "objective": astuple(mean(played[name]))}
-    return {**found, "worth": astuple(mean(played["hearing"] - played["blocked"]))}
+    (model,) = task.scenarios.values()
+    blocked = model.replace(blocks_warnings=True)
+    grid = model.search_ranges
+    other = grid[int(_fixed(blocked, grid, CHOOSING, task, runner).mean(axis=1).argmax())]
+    (hearing,) = _fixed(model, [best], CONTROLLING, task, runner)
+    (silent,) = _fixed(blocked, [other], CONTROLLING, task, runner)
+    found = {"hearing": (best, hearing), "blocked": (other, silent)}
+    rows = {name: {"range": rho, "objective": astuple(mean(one))} for name, (rho, one) in found.items()}
+    return {**rows, "worth": astuple(mean(hearing - silent))}
 
 
 def _fixed(model: Scenario, grid: Sequence[float], flocks: range, task: Task, runner: Runner) -> FloatArray:
