@@ -24,8 +24,8 @@ from flockesc_env.taskset.learners import OWN_ALGORITHMS, Learner, read_learners
 from training import sb3
 from training.imitation import ImitationArguments
 from training.rounds import hyperparameters_of
-from training.run import Run
 from training.rule_search import RuleArguments
+from training.run import Run
 from training.search import SearchArguments
 from training.train import train
 
