@@ -22,7 +22,6 @@ from flockesc_env.common.array_files import write_table
 from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import FloatArray, mean
 from flockesc_env.episodes.splits import TUNING, first_seeds
-from flockesc_env.jobs import Job
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.scenario.presets import Scenario
 from flockesc_env.taskset.task import FLOCKS, Task, read_tasks, tasks
@@ -104,13 +103,12 @@ def _tuning(model: Scenario) -> range:
 
 def write_best_fixed(measured: Iterable[Task], runner: Runner) -> None:
     """Play the best fixed range on the held-out flocks of every scenario and objective."""
-    jobs: dict[str, list[Job]] = {}
-    for task in measured:
-        for name, scale in task.scales.items():
-            grid = (scale.best_fixed_range,)
-            jobs[column_of(task, name)] = seed_jobs(OUTCOMES, task.scenarios[name], grid, FLOCKS)
-    played = runner.run(jobs, "Best fixed ranges")
-    write_table(pl.DataFrame({key: found[key.split()[1]][0] for key, found in played.items()}), BEST_FIXED)
+    columns = {
+        column_of(task, name): _fixed(task.scenarios[name], [scale.best_fixed_range], FLOCKS, task, runner)[0]
+        for task in measured
+        for name, scale in task.scales.items()
+    }
+    write_table(pl.DataFrame(columns), BEST_FIXED)
 
 
 def own_score(task: Task, rule: str, runner: Runner) -> float:
@@ -165,8 +163,7 @@ def _reference(task: Task, kind: str, scenario: str, runner: Runner) -> FloatArr
 def _hindsight(task: Task, scenario: str, runner: Runner) -> FloatArray:
     """Return the largest objective on every line, of all fixed ranges and all policies of the scoreboard."""
     model = task.scenarios[scenario]
-    jobs = seed_jobs(OUTCOMES, model, model.search_ranges, FLOCKS)
-    fixed = runner.join(jobs, "Fixed ranges on held-out lines")[task.spec.name]
+    fixed = _fixed(model, model.search_ranges, FLOCKS, task, runner)
     files = sorted(BOARD.glob(f"*/policies/{task.name}-*.npz"))
     plays = {file: play_jobs(file.read_bytes(), model, task.spec.name, FLOCKS) for file in files}
     learned = [found["objective"] for found in runner.run(plays, "Policies of the scoreboard").values()]

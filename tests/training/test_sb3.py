@@ -24,6 +24,7 @@ from flockesc_env.taskset.learners import OWN_ALGORITHMS, Learner, read_learners
 from training import sb3
 from training.imitation import ImitationArguments
 from training.rounds import hyperparameters_of
+from training.rule_search import RuleArguments
 from training.run import Run
 from training.search import SearchArguments
 from training.train import train
@@ -170,6 +171,8 @@ def test_the_tables_have_hyperparameters_that_their_algorithms_take(task: str, n
         case "imitation":
             args = hyperparameters_of(run, ImitationArguments)
             assert {*args.inputs} <= {*run.policy_spec.layout.names}
+        case "rule":
+            assert hyperparameters_of(run, RuleArguments).rounds
         case _:
             found = run.task.hyperparameters(name)
             assert {*found} <= {*inspect.signature(sb3.algorithm_of(run)).parameters}
