@@ -1,15 +1,15 @@
-"""Stubborn witnesses follow their definition, computed from positions and velocities."""
+"""Rules with a memory follow their definitions, computed from positions and velocities."""
 
 from typing import Any
 
 import numpy as np
 import pytest
-from option_table import small_flock
+from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
 from flockesc_env.common.errors import InputError
 from flockesc_env.models import Trajectory
-from flockesc_env.policies import StubbornWitnesses, bind
+from flockesc_env.policies import StubbornWitnesses, WinStayLoseShift, bind
 from flockesc_env.scenario import ConstantVelocity
 
 
@@ -72,3 +72,39 @@ def test_a_memory_refuses_rows_added_within_an_episode() -> None:
     del observations["agent_3"]
     with pytest.raises(InputError, match="observations: expected one of 'agent_3', got none"):
         bind(policy, env)(observations)
+
+
+@pytest.mark.parametrize("dimension", DIMENSIONS)
+@pytest.mark.parametrize("criterion", ["estimated_escape_direction", "estimated_encounter"])
+def test_win_stay_lose_shift_with_an_estimated_escape_direction(dimension: int, criterion: Any) -> None:
+    predators = (ConstantVelocity((-20.0, -10.0), (12.0, 14.0)),)
+    options: Any = {"num_agents": 20, "num_steps": 30, "initial_side": 60.0, "speed": 8.0, "time_step": 0.1}
+    flock = small_flock(dimension, predators=predators, **options)
+    rule = WinStayLoseShift(9.0, 30.0, 0.8, 0.12, 1.45, criterion=criterion)
+    run = flown(rule, flock, 2, predator_sensing_range=45.0)
+    is_long, paused = np.zeros(20, bool), np.zeros(20)
+    seen: set[tuple[float, bool, bool]] = set()
+    for t, ranges in enumerate(run.interaction_ranges):
+        velocity = (run.predator_positions[t + 1] - run.predator_positions[t]) / 0.1
+        offsets = run.predator_positions[t] - run.positions[t]
+        remaining = np.full((20, 1), max(0.0, 1.45 - 0.1 * t))
+        if criterion == "estimated_encounter":
+            remaining[:, 0] = np.maximum(0.0, -offsets @ velocity[0] / (velocity[0] @ velocity[0] + 32.0))
+        escape = -(offsets + remaining * velocity)
+        is_sensed = np.linalg.norm(offsets, axis=1) <= 45.0
+        escape *= is_sensed[:, None] / np.linalg.norm(escape, axis=1, keepdims=True)
+        before = run.interaction_ranges[t - 1] if t else np.zeros(20)
+        means = heard(run, t - 1)[1] if t else run.velocities[0]
+        gains = (means * escape).sum(axis=1) / np.linalg.norm(means, axis=1)
+        own = (run.velocities[t] * escape).sum(axis=1) / 8.0
+        wins = (before > 0) & (gains > own + 1e-6)
+        loses = (before > 0) & ~wins
+        is_long ^= loses
+        paused = np.where(loses, 1, paused - 1)
+        listens = wins | ((own < 0.8) & (paused <= 0))
+        expected = np.where(listens, np.where(is_long, 30.0, 9.0), 0.0)
+        np.testing.assert_allclose(ranges, expected, atol=1e-5)
+        seen |= {(rho, sensed, t * 0.1 < 1.45) for rho, sensed in zip(expected, is_sensed, strict=True)}
+    assert seen == {
+        (rho, sensed, early) for rho in (0, 9, 30) for sensed in (False, True) for early in (False, True)
+    }
