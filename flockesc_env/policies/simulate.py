@@ -72,8 +72,8 @@ def simulate(
         predator_policy: see ``rollout``.
         num_threads: number of threads for a large flock; ``None``: one per core. Results do not depend on it.
         every: number of steps between two recorded times.
-        record: names of the columns of ``Trajectory`` to record, such as ``["polarization"]``. ``None``: all,
-            of which positions and velocities take most of the memory.
+        record: names of the columns of ``Trajectory`` to record, such as ``["polarization"]``. ``None``: all.
+            Positions and velocities take most of the memory.
         **options: options of the policy's environment, see ``EnvOptions``.
 
     Returns:
