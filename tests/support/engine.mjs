@@ -76,10 +76,9 @@ const kinds = {
     return null;
   },
 
-  // The labels of components and the pairs of neighbors.
+  // The pairs of neighbors.
   graph({ scenario, arrays }) {
-    const graphs = [engine.componentLabels, engine.neighborPairs];
-    return graphs.map((graph) => Array.from(graph(scenario, ...arrays.map(floats))));
+    return Array.from(engine.neighborPairs(scenario, ...arrays.map(floats)));
   },
 };
 

@@ -22,7 +22,7 @@ from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.starts import as_start
-from flockesc_env.models.graph import component_labels, neighbor_pairs
+from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.policies.network import Architecture
 from flockesc_env.scenario import PrescribedPath, Topological
 from flockesc_env.scenario.options import EnvOptions, to_plain
@@ -243,7 +243,6 @@ def test_files_that_python_refuses_are_refused_by_name(tmp_path: Path) -> None:
             assert name in found or ":" in text, (name, found)
 
 
-GRAPHS = (component_labels, neighbor_pairs)
 TORUS = pytest.param(fe.FlockScenario(predators=(), periodic_side=60.0, initial_side=60.0), id="torus")
 
 
@@ -258,10 +257,8 @@ def test_neighbor_graphs_are_the_same(scenario: fe.FlockScenario | str) -> None:
         arrays = run.positions[-1], run.velocities[-1], radii
         case = {"kind": "graph", "scenario": run.scenario.to_json()}
         radius = radii if len(radii) == n else radii[0]
-        native = [graph(run.scenario, arrays[0], radius, velocities=arrays[1]) for graph in GRAPHS]
-        played.append(
-            ({**case, "arrays": [a.ravel().tolist() for a in arrays]}, [g.ravel().tolist() for g in native])
-        )
+        native = neighbor_pairs(run.scenario, arrays[0], radius, velocities=arrays[1])
+        played.append(({**case, "arrays": [a.ravel().tolist() for a in arrays]}, native.ravel().tolist()))
     assert_equal_in_node(played)
 
 

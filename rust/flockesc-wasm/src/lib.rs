@@ -6,5 +6,5 @@ mod graph;
 mod policy;
 
 pub use flock::Flock;
-pub use graph::{component_labels, neighbor_pairs};
+pub use graph::neighbor_pairs;
 pub use policy::{Network, Observer, PolicyFile};
