@@ -1,8 +1,8 @@
 """The default flock in JAX: pure functions of arrays, with gradients; needs the extra ``jax``.
 
 The flock lives in the plane, with metric neighbors, inertial motion at constant speed, and predators that fly
-straight on or pursue the nearest agent. A scenario is a ``FlockScenario`` or a preset's name.
-``partial(step, scenario)`` works under ``jit``, ``vmap``, ``lax.map`` and ``grad``. Results have the dtype of
+straight on or pursue the nearest agent. Of random fields, ``start`` takes a ``RandomApproach``. A scenario
+is a ``FlockScenario`` or a preset's name. ``partial(step, scenario)`` works under ``jit``, ``vmap``, ``lax.map`` and ``grad``. Results have the dtype of
 the positions. All functions raise ``InputError`` for arguments and scenarios that are not supported. Under
 ``jit`` they check the shapes of arrays, but not the numbers.
 """
@@ -18,6 +18,7 @@ from flockesc_env.common.extras import require
 from flockesc_env.models.flock import Flock
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.options import EnvOptionsDict
+from flockesc_env.scenario.parts import RandomApproach
 from flockesc_env.scenario.predators import ConstantVelocity, Predator, PurePursuit
 from flockesc_env.scenario.presets import as_scenario
 
@@ -29,7 +30,12 @@ _Scenario = FlockScenario | str
 _NUMBERS = ("mass", "speed", "alignment_strength", "repulsion_strength", "predator_range")
 _OF_FLOCKS = ("num_agents", "num_steps", "time_step", "initial_side", "initial_positions", "initial_headings")
 _OF_PREDATORS = ("predators", "position", "velocity", "max_turn_rate", "acceleration", "max_speed")
-_SUPPORTED = {*_OF_FLOCKS, *_OF_PREDATORS, *_NUMBERS}  # fields that may differ from the default
+_SUPPORTED = {
+    *_OF_FLOCKS,
+    *_OF_PREDATORS,
+    *_NUMBERS,
+    "randomization",
+}  # fields that may differ from the default
 
 
 class FlockState(NamedTuple):
@@ -48,7 +54,7 @@ class FlockState(NamedTuple):
 
 
 def init(scenario: _Scenario, positions: Any, velocities: Any) -> FlockState:
-    """Return the state at t = 0 of positions in m and velocities in m/s, shape (n, 2)."""
+    """Return the state at t = 0 of positions in m and velocities in m/s, shape (n, 2); nothing is drawn."""
     model = _supported(scenario)
     r = _floats(positions, "positions", (model.num_agents, 2))
     v = _floats(velocities, "velocities", (model.num_agents, 2)).astype(r.dtype)
@@ -61,7 +67,7 @@ def init(scenario: _Scenario, positions: Any, velocities: Any) -> FlockState:
 def start(scenario: _Scenario, seed: int) -> FlockState:
     """Return the state at t = 0 of a seed, which ``simulate`` starts from; call it outside of ``jit``."""
     flock = Flock(_supported(scenario), seed=seed)
-    return init(scenario, flock.positions, flock.velocities)
+    return init(flock.scenario, flock.positions, flock.velocities)
 
 
 def step(
@@ -143,29 +149,37 @@ def observe(
 def rollout(
     scenario: _Scenario,
     state: FlockState,
-    policy: Callable[[jax.Array], Any],
+    policy: Callable[..., Any],
     softness: float = 0.0,
     straight_through: bool = False,
     per_agent: bool = True,
+    memory: Any = None,
     **options: Unpack[EnvOptionsDict],
 ) -> FlockState:
     """Return the states after each of ``scenario.num_steps`` steps, stacked along a new first axis.
 
     ``policy`` returns ranges in m, one or shape (n,), for an observation. They hold for ``steps_per_action``
-    steps. J_mean (Eq. 12) is ``min_mean_distance[-1]``. Gradients compute each step twice to save memory.
+    steps. With a ``memory``, a pytree of arrays, it returns the pair of ranges and next memory for an
+    observation and the memory. J_mean (Eq. 12) is ``min_mean_distance[-1]``. Gradients compute each step
+    twice to save memory.
     """
     model = _supported(scenario)
     every = model.env_options(options).steps_per_action
 
     @partial(jax.checkpoint, prevent_cse=False)
-    def advance(state: FlockState, index: jax.Array) -> tuple[FlockState, FlockState]:
-        def act() -> jax.Array:
-            return _ranges(policy(observe(model, state, per_agent, **options)), "policy", state)
+    def advance(carry: tuple[FlockState, Any], index: jax.Array) -> tuple[tuple[FlockState, Any], FlockState]:
+        state, memory = carry
 
-        ranges = jax.lax.cond(index % every == 0, act, lambda: state.ranges)
-        return (moved := step(model, state, ranges, softness, straight_through)), moved
+        def act() -> tuple[jax.Array, Any]:
+            seen = observe(model, state, per_agent, **options)
+            ranges, kept = (policy(seen), None) if memory is None else policy(seen, memory)
+            return _ranges(ranges, "policy", state), kept
 
-    return FlockState(*jax.lax.scan(advance, state, jnp.arange(model.num_steps))[1])
+        ranges, memory = jax.lax.cond(index % every == 0, act, lambda: (state.ranges, memory))
+        moved = step(model, state, ranges, softness, straight_through)
+        return (moved, memory), moved
+
+    return FlockState(*jax.lax.scan(advance, (state, memory), jnp.arange(model.num_steps))[1])
 
 
 def _supported(scenario: _Scenario) -> FlockScenario:
@@ -173,6 +187,9 @@ def _supported(scenario: _Scenario) -> FlockScenario:
     parts: dict[str, Any] = {f"predators[{index}]": one for index, one in enumerate(model.predators)}
     if not parts:
         raise InputError("predators", "at least one predator in flockesc_env.jax", "none")
+    for index, drawn in enumerate(model.randomization):
+        if not isinstance(drawn, RandomApproach):
+            raise InputError(f"randomization[{index}]", "RandomApproach in flockesc_env.jax", shown(drawn))
     for path, part in {"": model, **parts}.items():
         if path and not isinstance(part, ConstantVelocity | PurePursuit):
             raise InputError(path, "ConstantVelocity or PurePursuit in flockesc_env.jax", shown(part))

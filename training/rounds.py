@@ -6,11 +6,15 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 import msgspec
+import numpy as np
 
+from flockesc_env import NetworkPolicy
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.progress import progress_bar
+from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.policies.registry import Stored
+from training.families import Networks
 from training.run import CURVE_FLOCKS, Measured, Run
 
 
@@ -101,6 +105,41 @@ class Rounds(ABC, Generic[A]):
             kept = f"{saved} of {total} rounds are saved in {run.folder}; --resume continues"
             raise KeyboardInterrupt(kept if saved else "nothing is saved yet") from None
         return run.finish(self.result(), self.measured)
+
+
+class NetworkRounds(Rounds[A]):
+    """A training run that ends with the best network of its learning curve.
+
+    Attributes:
+        family: the networks.
+        best: parameters of the best network on tuning flocks so far.
+    """
+
+    family: Networks
+
+    def __init__(self, run: Run, args: A, total: int) -> None:
+        super().__init__(run, args, total)
+        self.best: FloatArray = np.zeros(0)
+
+    @property
+    @abstractmethod
+    def vector(self) -> FloatArray:
+        """Parameters after the last round."""
+
+    def policy(self) -> NetworkPolicy:
+        """Return the network after the last round."""
+        return self.family.policy(self.vector)
+
+    def result(self) -> NetworkPolicy:
+        """Return the best network of the learning curve."""
+        return self.family.policy(self.best)
+
+    def add_point(self) -> None:
+        """Add a point to the learning curve, and keep its network if it is the best so far."""
+        super().add_point()
+        *before, last = (value for _, value in self.measured.curve)
+        if all(last > value for value in before):
+            self.best = self.vector.copy()
 
 
 def hyperparameters_of(run: Run, kind: type[A]) -> A:

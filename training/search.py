@@ -10,10 +10,9 @@ from cmaes import CMA
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies import Architecture
-from flockesc_env.policies.registry import Stored
 from training.cma import growing, maximize
 from training.families import Networks
-from training.rounds import Arguments, Rounds, hyperparameters_of
+from training.rounds import Arguments, NetworkRounds, hyperparameters_of
 from training.run import Run
 
 
@@ -49,7 +48,7 @@ class SearchArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_field
     restarts: int = 1
 
 
-class SearchRounds(Rounds[SearchArguments]):
+class SearchRounds(NetworkRounds[SearchArguments]):
     """A search; a round is a generation, whose policies play the same flocks.
 
     Raises:
@@ -62,9 +61,8 @@ class SearchRounds(Rounds[SearchArguments]):
         candidates = args.candidate_inputs
         inputs = args.inputs if args.inputs or candidates else run.policy_spec.layout.names
         network = Architecture(inputs, args.hidden, args.memory, args.mirror, candidate_inputs=candidates)
-        self._family = Networks(run, network)
+        self.family = Networks(run, network)
         self._optimizer = self._new_optimizer()
-        self._best: FloatArray = np.zeros(0)  # the best center of a checkpoint on tuning flocks
 
     def round(self) -> float:
         """Evaluate one generation of policies and update the optimizer; return its mean objective."""
@@ -82,35 +80,25 @@ class SearchRounds(Rounds[SearchArguments]):
         self._optimizer = deepcopy(self._optimizer)
         return float(values.mean())
 
-    def policy(self) -> Stored:
-        """Return the policy at the mean of the search distribution."""
-        return self._family.policy(self._optimizer.mean)
-
-    def result(self) -> Stored:
-        """Return the best policy of the learning curve."""
-        return self._family.policy(self._best)
-
-    def add_point(self) -> None:
-        """Add a point to the learning curve, and keep its policy if it is the best so far."""
-        super().add_point()
-        *before, last = (value for _, value in self.measured.curve)
-        if all(last > value for value in before):
-            self._best = self._optimizer.mean.copy()
+    @property
+    def vector(self) -> FloatArray:
+        """Mean of the search distribution."""
+        return self._optimizer.mean
 
     def state(self) -> Any:
         """Return the optimizer and the best parameters."""
-        return self._optimizer, self._best
+        return self._optimizer, self.best
 
     def restore(self, state: Any) -> None:
         """Restore the optimizer and the best parameters."""
-        self._optimizer, self._best = state
+        self._optimizer, self.best = state
 
     def _play(self, vectors: FloatArray, flocks: range) -> FloatArray:
-        values, num_actions = self._family.play(vectors, flocks)
+        values, num_actions = self.family.play(vectors, flocks)
         self.measured.episodes += values.size
         self.measured.samples += num_actions
         return values
 
     def _new_optimizer(self) -> CMA:
-        zero, args = np.zeros(self._family.size), self.args
+        zero, args = np.zeros(self.family.size), self.args
         return CMA(zero, args.step_size, population_size=args.population, seed=self.run.seed)

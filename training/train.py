@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from flockesc_env.common.extras import require
 from training.run import Run
 
 
@@ -16,6 +17,11 @@ def train(run: Run, *, resume: bool = False) -> Path:
             from training.search import SearchRounds
 
             return SearchRounds(run).train(resume=resume)
+        case "gradient":
+            require("jax", ["jax", "optax"])
+            from training.gradient import GradientRounds
+
+            return GradientRounds(run).train(resume=resume)
         case "imitation":
             from training.imitation import ImitationRounds
 

@@ -12,7 +12,7 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.episodes.spaces import PolicySpec
 
-OWN_ALGORITHMS: Final = ("search", "imitation", "rule")
+OWN_ALGORITHMS: Final = ("search", "gradient", "imitation", "rule")
 """Algorithms of ``python -m training`` that are not of stable-baselines3 or sb3-contrib."""
 
 _LINEAR: Final = "lin_"
@@ -23,8 +23,8 @@ class Learner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """A learner: a table of the file.
 
     Attributes:
-        algorithm: class of stable-baselines3 or sb3-contrib, such as ``"PPO"``; ``"search"`` (CMA-ES) or
-            ``"imitation"``; ``"rule"``, a search for the best rule and its numbers.
+        algorithm: class of stable-baselines3 or sb3-contrib, such as ``"PPO"``; ``"search"`` (CMA-ES),
+            ``"gradient"`` (JAX) or ``"imitation"``; ``"rule"``, a search for the best rule and its numbers.
         seeds: number of training seeds on the scoreboard.
         note: remark for readers; may be empty.
         options: options of the environment that replace the task's, such as ``reward``.

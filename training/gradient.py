@@ -1,0 +1,164 @@
+"""Gradients of whole episodes: backpropagation through the flock in JAX trains a network."""
+
+from __future__ import annotations
+
+import os
+from functools import partial
+from typing import Any
+
+os.environ.setdefault("NPROC", "1")  # more threads of XLA take more processor time; read by ``import jax``
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+
+from flockesc_env import InputError
+from flockesc_env import jax as twin
+from flockesc_env.common.stats import FloatArray
+from flockesc_env.episodes.splits import training_seeds
+from flockesc_env.policies import Architecture
+from training.families import Networks
+from training.rounds import Arguments, NetworkRounds, hyperparameters_of
+from training.run import Run
+
+Layers = list[tuple[Any, Any]]
+"""Weights and biases of all layers, in the order of ``Architecture.size``."""
+
+_LATCH, _INTO_MEMORY = 1.5, 0.3
+"""First weight from the hidden unit of a memory value back to it; factor of all others into the memory."""
+
+
+class GradientArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Hyperparameters of training with gradients; a round is an update of Adam.
+
+    Attributes:
+        hidden: widths of the hidden layers.
+        memory: number of recurrent values of the network, at most the smallest width.
+        mirror: reflect observations such that the predator is on the left.
+        first_range: range in m of the first network where its last layer gives 0, within (0, max_range).
+        softness: width in m of the boundaries of ranges; see ``flockesc_env.jax.step``.
+        learning_rate: first learning rate; it falls to 0 as a cosine.
+        clip: largest norm of the gradient of a flock. Larger gradients are scaled before the mean is taken.
+        flocks: number of flocks per update.
+        updates: number of updates.
+    """
+
+    hidden: tuple[int, ...] = (24,)
+    memory: int = 4
+    mirror: bool = False
+    first_range: float = 8.0
+    softness: float = 1.0
+    learning_rate: float = 0.02
+    clip: float = 1.0
+    flocks: int = 8
+    updates: int = 400
+
+
+class GradientRounds(NetworkRounds[GradientArguments]):
+    """A training run with gradients.
+
+    Raises:
+        InputError: if a hyperparameter is unknown or out of bounds; if ``flockesc_env.jax`` refuses the task.
+    """
+
+    def __init__(self, run: Run) -> None:
+        args = hyperparameters_of(run, GradientArguments)
+        super().__init__(run, args, args.updates)
+        longest = run.options["max_range"]
+        if not 0 < args.first_range < longest:
+            raise InputError("first_range", f"above 0 and below {longest} m", args.first_range)
+        if args.memory > min(args.hidden, default=0):
+            raise InputError("memory", "at most the smallest width of hidden layers", args.memory)
+        inputs = run.policy_spec.layout.names
+        twin.observe(run.task.scenario, self._start(0), run.task.per_agent, **run.options)  # refuses tasks
+        network = Architecture(inputs, args.hidden, args.memory, args.mirror, squash="tanh")
+        self.family = Networks(run, network)
+        self._optimizer = optax.adam(optax.cosine_decay_schedule(args.learning_rate, args.updates))
+        self._layers = first_layers(network, 2 * args.first_range / longest - 1, run.seed)
+        self._moments = self._optimizer.init(self._layers)
+        self._update = jax.jit(self._updated)
+
+    @property
+    def vector(self) -> FloatArray:
+        """The parameters of the network."""
+        return np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(self._layers)])
+
+    def round(self) -> float:
+        """Update the network with the gradients of new flocks; return their mean objective."""
+        flocks = self.args.flocks
+        seeds = training_seeds(self.run.seed, self.measured.episodes, flocks)
+        starts = jax.tree.map(lambda *each: jnp.stack(each), *map(self._start, seeds))
+        self._layers, self._moments, values = self._update(self._layers, self._moments, starts)
+        self.measured.episodes += flocks
+        self.measured.samples += flocks * self.run.policy_spec.rows * self.run.task.num_actions
+        return float(np.mean(values))
+
+    def state(self) -> Any:
+        """Return the network, the optimizer and the best parameters."""
+        return jax.tree.map(np.asarray, (self._layers, self._moments)), self.best
+
+    def restore(self, state: Any) -> None:
+        """Restore the network, the optimizer and the best parameters."""
+        (self._layers, self._moments), self.best = state
+
+    def objective(self, layers: Layers, start: twin.FlockState) -> jax.Array:
+        """Return the objective of a flock in m under the network with these layers."""
+        run, network = self.run, self.family.architecture
+
+        def policy(observed: jax.Array, memory: jax.Array) -> tuple[jax.Array, jax.Array]:
+            seen = _mirrored(observed, network.inputs) if network.mirror else observed
+            outputs = _outputs(layers, jnp.concatenate([seen, memory], axis=-1))
+            return (outputs[..., 0] + 1) / 2 * run.options["max_range"], outputs[..., 1:]
+
+        rows = (run.policy_spec.rows,) if run.task.per_agent else ()
+        memory = jnp.zeros((*rows, network.memory), start.positions.dtype)
+        scenario, per_agent = run.task.scenario, run.task.per_agent
+        states = twin.rollout(
+            scenario, start, policy, self.args.softness, per_agent=per_agent, memory=memory, **run.options
+        )
+        return getattr(states, run.task.spec.name)[-1]
+
+    def _updated(self, layers: Layers, moments: Any, starts: Any) -> tuple[Layers, Any, jax.Array]:
+        values, gradients = jax.lax.map(partial(jax.value_and_grad(self.objective), layers), starts)
+        total, _ = optax.per_example_global_norm_clip(gradients, self.args.clip)
+        upward = jax.tree.map(lambda each: -each / len(values), total)
+        steps, moments = self._optimizer.update(upward, moments)
+        return optax.apply_updates(layers, steps), moments, values
+
+    def _start(self, seed: int) -> twin.FlockState:
+        return twin.start(self.run.task.scenario, seed)
+
+
+def first_layers(network: Architecture, first: float, seed: int) -> Layers:
+    """Return random layers, whose action is near ``first`` in (-1, 1).
+
+    Every memory value is a latch at first: it passes through one unit of each hidden layer back to itself.
+    """
+    rng = np.random.default_rng(seed)
+    layers = [
+        (rng.normal(0, rows**-0.5, (rows, columns)), np.zeros(columns)) for rows, columns in network.shapes
+    ]
+    (last, biases), units = layers[-1], np.arange(network.memory)
+    biases[0] = np.arctanh(first)
+    last[:, 1:] *= _INTO_MEMORY
+    for depth, (weights, _) in enumerate(layers[:-1]):
+        weights[units + (len(network.inputs) if depth == 0 else 0), units] = 1.0
+    last[units, 1 + units] = _LATCH
+    return jax.tree.map(partial(jnp.asarray, dtype=np.float32), layers)
+
+
+def _outputs(layers: Layers, values: jax.Array) -> jax.Array:
+    for weights, biases in layers:
+        values = jnp.tanh(values @ weights + biases)
+    return values
+
+
+def _mirrored(observed: jax.Array, names: tuple[str, ...]) -> jax.Array:
+    """Reflect observations as ``Architecture.mirror`` does."""
+    predator, heard = (
+        observed[..., names.index(f"{name}_left")] for name in ("predator_direction", "heard_velocity")
+    )
+    is_left = jnp.array([name.endswith("_left") for name in names])
+    is_right = jnp.where(predator == 0, heard, predator)[..., None] < 0
+    return jnp.where(is_left & is_right, -observed, observed)
