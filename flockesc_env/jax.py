@@ -2,9 +2,10 @@
 
 The flock lives in the plane, with metric neighbors, inertial motion at constant speed, and predators that fly
 straight on or pursue the nearest agent. Of random fields, ``start`` takes a ``RandomApproach``. A scenario
-is a ``FlockScenario`` or a preset's name. ``partial(step, scenario)`` works under ``jit``, ``vmap``, ``lax.map`` and ``grad``. Results have the dtype of
-the positions. All functions raise ``InputError`` for arguments and scenarios that are not supported. Under
-``jit`` they check the shapes of arrays, but not the numbers.
+is a ``FlockScenario`` or a preset's name. ``partial(step, scenario)`` works under ``jit``, ``vmap``,
+``lax.map`` and ``grad``. Results have the dtype of the positions. All functions raise ``InputError`` for
+arguments and scenarios that are not supported. Under ``jit`` they check the shapes of arrays, but not the
+numbers.
 """
 
 from collections.abc import Callable

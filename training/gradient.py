@@ -36,7 +36,6 @@ class GradientArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_fie
         hidden: widths of the hidden layers.
         memory: number of recurrent values of the network, at most the smallest width.
         mirror: reflect observations such that the predator is on the left.
-        first_range: range in m of the first network where its last layer gives 0, within (0, max_range).
         softness: width in m of the boundaries of ranges; see ``flockesc_env.jax.step``.
         learning_rate: first learning rate; it falls to 0 as a cosine.
         clip: largest norm of the gradient of a flock. Larger gradients are scaled before the mean is taken.
@@ -47,7 +46,6 @@ class GradientArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_fie
     hidden: tuple[int, ...] = (24,)
     memory: int = 4
     mirror: bool = False
-    first_range: float = 8.0
     softness: float = 1.0
     learning_rate: float = 0.02
     clip: float = 1.0
@@ -65,9 +63,10 @@ class GradientRounds(NetworkRounds[GradientArguments]):
     def __init__(self, run: Run) -> None:
         args = hyperparameters_of(run, GradientArguments)
         super().__init__(run, args, args.updates)
-        longest = run.options["max_range"]
-        if not 0 < args.first_range < longest:
-            raise InputError("first_range", f"above 0 and below {longest} m", args.first_range)
+        first, longest = run.learner.first_range, run.options["max_range"]
+        first = next(iter(run.task.scales.values())).best_fixed_range if first is None else first
+        if not 0 < first < longest:
+            raise InputError("first_range", f"above 0 and below {longest} m", first)
         if args.memory > min(args.hidden, default=0):
             raise InputError("memory", "at most the smallest width of hidden layers", args.memory)
         inputs = run.policy_spec.layout.names
@@ -75,7 +74,7 @@ class GradientRounds(NetworkRounds[GradientArguments]):
         network = Architecture(inputs, args.hidden, args.memory, args.mirror, squash="tanh")
         self.family = Networks(run, network)
         self._optimizer = optax.adam(optax.cosine_decay_schedule(args.learning_rate, args.updates))
-        self._layers = first_layers(network, 2 * args.first_range / longest - 1, run.seed)
+        self._layers = first_layers(network, 2 * first / longest - 1, run.seed)
         self._moments = self._optimizer.init(self._layers)
         self._update = jax.jit(self._updated)
 

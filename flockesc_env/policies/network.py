@@ -25,12 +25,13 @@ from flockesc_env.episodes.spaces import PolicySpec, RangeActions
 from flockesc_env.policies.base import BasePolicy, Observations, RowMemory
 
 Parameters = NDArray[np.float32]
+Activation = Literal["tanh", "relu"]
 Squash = Literal["clip", "tanh"]
 
 
 @dataclass(frozen=True)
 class Architecture:
-    """Inputs, layers and head of a ``NetworkPolicy``: tanh layers, then a linear layer for the head.
+    """Inputs, layers and head of a ``NetworkPolicy``: hidden layers, then a linear layer for the head.
 
     The head is a value by default, one normalized action. With ``ranges`` the network has one score for each
     of them. With ``candidate_inputs`` it computes a score for every candidate of ``profile_ranges``. In both
@@ -39,6 +40,7 @@ class Architecture:
     Attributes:
         inputs: names of the observation entries that are inputs (docs/model.md, "Observations").
         hidden: width of every hidden layer.
+        activation: function of the hidden layers: ``"tanh"`` or ``"relu"``.
         memory: number of recurrent values. The network outputs them with every action and receives them as
             inputs for the next; they are 0 at the start of an episode.
         mirror: whether observations of agents are reflected such that the predator is on the left. If no
@@ -60,6 +62,7 @@ class Architecture:
     squash: Squash = "clip"
     candidate_inputs: tuple[str, ...] = ()
     ranges: tuple[float, ...] = ()
+    activation: Activation = "tanh"
 
     def __post_init__(self) -> None:
         for field in ("inputs", "candidate_inputs"):
@@ -75,6 +78,7 @@ class Architecture:
             "mirror": as_flag(self.mirror, "mirror"),
             "squash": as_choice(self.squash, "squash", get_args(Squash)),
             "ranges": tuple(ranges.tolist()),
+            "activation": as_choice(self.activation, "activation", get_args(Activation)),
         }
         vars(self).update(plain)
         if self.ranges and self.candidate_inputs:
@@ -214,8 +218,8 @@ def torch_network(
     """Return a network of torch as a ``NetworkPolicy``, which ``save_policy`` can store.
 
     Args:
-        layers: ``Linear`` and ``Tanh`` in turn, with ``Linear`` first and last, such as a
-            ``torch.nn.Sequential``.
+        layers: ``Linear`` and ``Tanh``, or ``Linear`` and ``ReLU``, in turn, with ``Linear`` first and last,
+            such as a ``torch.nn.Sequential``. A predator's network has ``Tanh``.
         inputs: names of the observation entries that the network receives, such as ``spec.layout.names``.
         squash: function that maps the first output to the action: ``"clip"`` for the mean of a Gaussian,
             ``"tanh"`` for that of a Gaussian squashed by tanh. Further outputs, such as a scale, are ignored.
@@ -229,14 +233,17 @@ def torch_network(
     """
     found = list(layers)
     kinds = [type(layer).__name__ for layer in found]
-    if kinds != ["Linear", "Tanh"] * (len(kinds) // 2) + ["Linear"]:
-        expected = "Linear and Tanh in turn, Linear first and last"
-        advice = " (in stable-baselines3: policy_kwargs={'activation_fn': torch.nn.Tanh})"
-        raise InputError("layers", expected + advice, ", ".join(kinds) or "none")
     is_predator = as_flag(is_predator, "is_predator")
+    activation: Activation = "relu" if "ReLU" in kinds and not is_predator else "tanh"
+    between = {"relu": "ReLU", "tanh": "Tanh"}[activation]
+    if kinds != ["Linear", between] * (len(kinds) // 2) + ["Linear"]:
+        pairs = "Linear and Tanh" if is_predator else "Linear and Tanh, or Linear and ReLU,"
+        advice = " (in stable-baselines3: policy_kwargs={'activation_fn': torch.nn.Tanh})"
+        expected = f"{pairs} in turn, Linear first and last{advice}"
+        raise InputError("layers", expected, ", ".join(kinds) or "none")
     hidden, parameters = layer_parameters(found[::2], None if ranges or is_predator else 1)
     kind = PredatorNetwork if is_predator else NetworkPolicy
-    return kind(Architecture(inputs, hidden, squash=squash, ranges=ranges), parameters)
+    return kind(Architecture(inputs, hidden, squash=squash, ranges=ranges, activation=activation), parameters)
 
 
 def layer_parameters(

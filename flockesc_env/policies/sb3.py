@@ -117,9 +117,9 @@ class SB3Policy(BasePolicy, RowMemory):
 
         Raises:
             InputError: if the model is not a ``ScorerPolicy``, or an ``MlpPolicy`` of PPO, A2C, TRPO, SAC,
-                TQC, TD3, DDPG or DQN with tanh between its layers; if its actions are ranges in m; if the
-                options of its training are unknown; if a wrapper changes the spaces; if the statistics of
-                normalized observations are missing, or observations can reach ``clip_obs``.
+                TQC, TD3, DDPG or DQN with tanh or ReLU between its layers; if its actions are ranges in m;
+                if the options of its training are unknown; if a wrapper changes the spaces; if the
+                statistics of normalized observations are missing, or observations can reach ``clip_obs``.
         """
         scorer = getattr(getattr(self.model, "policy", None), "network", None)
         layers = [] if scorer is not None else _layers(self.model)

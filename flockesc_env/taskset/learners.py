@@ -30,7 +30,8 @@ class Learner(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
         options: options of the environment that replace the task's, such as ``reward``.
         hyperparameters: arguments of the algorithm. ``"lin_1e-3"`` falls from 1e-3 to 0.
         policy: policy of stable-baselines3: a name such as ``"MlpPolicy"``, or ``module:class``.
-        first_range: range of the untrained ``RangePolicy``; ``None``: the best fixed range.
+        first_range: range in m near which the untrained policy is, of ``RangePolicy`` and ``"gradient"``;
+            ``None``: the best fixed range.
         norm_obs: whether ``VecNormalize`` standardizes the observations.
         num_flocks: number of flocks, or lines, that stable-baselines3 steps together.
         samples: number of actions of a training run; 0: that of the task.

@@ -1,10 +1,8 @@
 """The flock in JAX against the core, its gradients against finite differences, and what it refuses."""
 
 import re
-import runpy
 from collections.abc import Iterator
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -125,6 +123,10 @@ def test_strict_settings_of_jax_change_no_number() -> None:
     ("field", "call"),
     [
         ("dimension", lambda _: twin.start(fe.FlockScenario(dimension=3), 0)),
+        (
+            "randomization[0]",
+            lambda _: twin.start(SMALL.replace(randomization=(sc.Choice("mass", (1, 2)),)), 0),
+        ),
         ("predators[0].pure_pursuit.target", lambda _: twin.start("isolated-prey", 0)),
         ("positions", lambda state: twin.init(SMALL, state.positions[:3], state.velocities)),
         ("ranges", lambda state: jax.jit(partial(twin.step, SMALL))(state, np.zeros(3))),
@@ -136,18 +138,3 @@ def test_strict_settings_of_jax_change_no_number() -> None:
 def test_other_scenarios_and_bad_arguments_are_refused_by_name(field: str, call: Any) -> None:
     with pytest.raises(fe.InputError, match=f"^{re.escape(field)}: "):
         call(twin.start(SMALL, 0))
-
-
-def test_the_first_update_of_the_example() -> None:
-    """It is Adam's first step along the mean of the clipped gradients of two flocks."""
-    example = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "jax_gradient.py"))
-    layers, starts = example["draw"](seed=0, updates=1, flocks=2)
-    play = jax.jit(jax.vmap(jax.value_and_grad(example["objective"]), in_axes=(None, 0)))
-    values, gradients = play(layers, jax.tree.map(lambda each: each[0], starts))
-    flat = np.concatenate([each.reshape(2, -1) for each in jax.tree.leaves(gradients)], axis=1)
-    clipped = flat * np.minimum(1, 1 / np.linalg.norm(flat, axis=1, keepdims=True))
-    trained, found = example["train"](layers, starts, 1.0)
-    np.testing.assert_allclose(found[0], values)
-    before, after = (np.concatenate([*map(np.ravel, jax.tree.leaves(one))]) for one in (layers, trained))
-    mean = clipped.mean(axis=0)  # Adam divides it by its absolute value plus 1e-8
-    assert_near(after - before, example["LEARNING_RATE"] * mean / (abs(mean) + 1e-8), rtol=1e-3, atol=1e-6)

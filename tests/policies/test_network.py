@@ -87,8 +87,18 @@ def test_networks_that_cannot_act_are_refused(fields: dict[str, Any], parameters
 
 
 @pytest.mark.parametrize(
-    "layers", [[], [nn.Linear(4, 2), nn.ReLU(), nn.Linear(2, 1)], [nn.Linear(4, 2), nn.Tanh()], [nn.Tanh()]]
+    "layers",
+    [
+        [],
+        [nn.Linear(4, 2), nn.ELU(), nn.Linear(2, 1)],
+        [nn.Linear(4, 2), nn.ReLU(), nn.Linear(2, 2), nn.Tanh(), nn.Linear(2, 1)],
+        [nn.Linear(4, 2), nn.Tanh()],
+        [nn.Tanh()],
+    ],
 )
 def test_other_layers_are_refused(layers: list[nn.Module]) -> None:
-    with pytest.raises(InputError, match="layers: expected Linear and Tanh in turn, Linear first and last"):
+    with pytest.raises(
+        InputError,
+        match="layers: expected Linear and Tanh, or Linear and ReLU, in turn, Linear first and last",
+    ):
         torch_network(layers, ("time",))

@@ -28,6 +28,7 @@ ARCHITECTURES = {
     "agents, mirror and memory": Architecture(OWN, (5, 3), memory=2, mirror=True, squash="tanh"),
     "agents, wide": Architecture(OWN, (64, 64), mirror=True),
     "agents, linear": Architecture(OWN, ()),
+    "agents, ReLU": Architecture(OWN, (8,), activation="relu"),
     "flock": Architecture(SHARED, (6,)),
     "flock, memory": Architecture(("time",), (4,), memory=1, squash="tanh"),
 }

@@ -28,7 +28,7 @@ def choose_alike(layers: Iterable[nn.Module], inputs: NDArray[np.float32], one: 
     """Return whether the scores of two choices of every row are equal but for rounding errors of float32.
 
     Args:
-        layers: ``Linear`` and ``Tanh`` modules.
+        layers: ``Linear``, ``Tanh`` and ``ReLU`` modules.
         inputs: shape (rows, inputs); (rows, candidates, inputs) if the layers give the score of a candidate.
         one: index of a score for every row.
         other: index of another score for every row.
@@ -47,7 +47,7 @@ def float32_error(layers: Iterable[nn.Module], inputs: NDArray[np.float32]) -> N
     an error in its argument has the largest effect at one of the ends.
 
     Args:
-        layers: ``Linear`` and ``Tanh`` modules.
+        layers: ``Linear``, ``Tanh`` and ``ReLU`` modules.
         inputs: shape (..., inputs of the first layer).
 
     Returns:
@@ -64,4 +64,6 @@ def float32_error(layers: Iterable[nn.Module], inputs: NDArray[np.float32]) -> N
         elif isinstance(layer, nn.Tanh):
             low, values, high = (np.tanh(values + change) for change in (-error, 0, error))
             error = np.maximum(high - values, values - low) + 4 * EPS
+        elif isinstance(layer, nn.ReLU):
+            values = np.maximum(values, 0)
     return error + 4 * EPS  # the squashing, scaling and rounding of an action

@@ -12,13 +12,13 @@ from training.run import Run
 SMALL = FlockScenario(num_agents=6, num_steps=24, initial_side=20.0)
 
 
-def small_task(name: str = "per-agent-visible", **options: Any) -> Task:
+def small_task(name: str = "per-agent-visible", scenario: FlockScenario = SMALL, **options: Any) -> Task:
     """Return a task with a small flock, scored in it."""
     task = tasks[name]
     scales = {"small": next(iter(task.scales.values()))}
     chosen = {**task.options, **options}
     return dataclasses.replace(
-        task, scenario=SMALL, options=chosen, scales=scales, scenarios={"small": SMALL}
+        task, scenario=scenario, options=chosen, scales=scales, scenarios={"small": scenario}
     )
 
 
@@ -31,6 +31,7 @@ _REPLAY = {
 }
 _SEARCH = {"population": 6, "flocks": 2, "generations": 4, "checkpoint_every": 2}
 _RULE = {"rounds": 4, "population": 6, "episodes": 84, "judged": 40, "checkpoint_every": 2}
+_GRADIENT = {"hidden": (3,), "memory": 1, "flocks": 2, "updates": 4, "checkpoint_every": 2}
 _IMITATION = {
     "teacher": "fixed:5",
     "ranges": [0.0, 5.0, 10.0],
@@ -51,6 +52,7 @@ LEARNERS: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
     "DQN": ("one-range", {"action_mode": "discrete"}, _REPLAY),
     "RecurrentPPO": ("per-agent-local", {}, _PPO),
     "search": ("per-agent-visible", {}, _SEARCH),
+    "gradient": ("per-agent-visible", {}, _GRADIENT),
     "imitation": ("one-range", {}, _IMITATION),
     "rule": ("per-agent-visible", {}, _RULE),
 }
@@ -58,7 +60,14 @@ LEARNERS: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
 
 
 def small_run(
-    folder: Path, algorithm: str = "PPO", *, seed: int = 0, options: Any = None, **changes: Any
+    folder: Path,
+    algorithm: str = "PPO",
+    *,
+    seed: int = 0,
+    task: str = "",
+    scenario: FlockScenario = SMALL,
+    options: Any = None,
+    **changes: Any,
 ) -> Run:
     """Return a small run; ``changes`` are hyperparameters or fields of the learner."""
     name, own, hyperparameters = LEARNERS[algorithm]
@@ -77,5 +86,5 @@ def small_run(
             **fields,
         }
     )
-    task = small_task(name)
-    return Run(task=task, name=algorithm.lower(), learner=learner, seed=seed, folder=folder, progress=False)
+    chosen = small_task(task or name, scenario)
+    return Run(task=chosen, name=algorithm.lower(), learner=learner, seed=seed, folder=folder, progress=False)

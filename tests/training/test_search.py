@@ -3,6 +3,7 @@
 import dataclasses
 import json
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,6 @@ from training.families import Networks, Rules, rules_of
 from training.imitation import ImitationArguments, ImitationRounds, fit
 from training.rule_search import RuleRounds
 from training.run import Run
-from training.search import SearchRounds
 from training.train import train
 
 SEEDS = [4, 5]
@@ -100,12 +100,16 @@ def test_a_pause_lasts_seconds_at_every_rate(steps: int) -> None:
     assert {len(part) for part in silent if part} == {round(0.4 / flock.time_step)}
 
 
-@pytest.mark.parametrize("algorithm", ["search", "imitation", "rule"])
+@pytest.mark.parametrize("algorithm", ["search", "gradient", "imitation", "rule"])
 def test_a_resumed_run_ends_as_one_that_nobody_interrupts(
     algorithm: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    if algorithm == "gradient":
+        pytest.importorskip("optax", reason="the extra jax is not installed")
+        monkeypatch.setenv("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
     whole = load_policy(train(small_run(tmp_path / "whole", algorithm)))
-    kind: Any = {"search": SearchRounds, "imitation": ImitationRounds, "rule": RuleRounds}[algorithm]
+    module = {"rule": "rule_search"}.get(algorithm, algorithm)
+    kind: Any = resolve_name(f"training.{module}:{algorithm.title()}Rounds")
     run = small_run(tmp_path / "cut", algorithm)
     round_ = kind.round
     with monkeypatch.context() as patch:

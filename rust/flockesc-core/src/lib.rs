@@ -38,8 +38,8 @@ pub use line::{
 };
 pub use neighbor::{NeighborRule, Ranges};
 pub use network::{
-    ActionMode, ActionOptions, Architecture, Head, NetworkRanges, Networks, NormalizedRange,
-    RangeMap, Squash, tanh_layers,
+    ActionMode, ActionOptions, Activation, Architecture, Head, NetworkRanges, Networks,
+    NormalizedRange, RangeMap, Squash, tanh_layers,
 };
 pub use observation::{ExtraEntries, View, flock_entries, predator_entries};
 pub use parallel::Progress;

@@ -8,7 +8,7 @@ use crate::base::check::{MAX_AGENTS, require, within};
 use crate::base::document::parse;
 use crate::base::error::Result;
 
-/// Inputs, layers and head of a network: tanh layers, then a linear layer, whose outputs the head turns into a
+/// Inputs, layers and head of a network: hidden layers, then a linear layer, whose outputs the head turns into a
 /// range.
 ///
 /// ```
@@ -31,6 +31,8 @@ pub struct Architecture {
     pub ranges: Vec<f64>,
     /// Width of every hidden layer, at least 1.
     pub hidden: Vec<usize>,
+    /// The function of every hidden layer.
+    pub activation: Activation,
     /// Number of recurrent values of [`Head::Value`]. The network outputs them with every action and receives
     /// them as inputs for the next. They are 0 at the start of an episode.
     pub memory: usize,
@@ -52,6 +54,17 @@ pub enum Head {
     Candidates,
 }
 
+/// The function that a hidden layer applies to its sums.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Activation {
+    /// Computes the tanh.
+    #[default]
+    Tanh,
+    /// Replaces negative numbers by 0.
+    Relu,
+}
+
 /// A function that maps an action to [-1, 1].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -70,6 +83,7 @@ impl Default for Architecture {
             candidate_inputs: Vec::new(),
             ranges: Vec::new(),
             hidden: vec![8],
+            activation: Activation::Tanh,
             memory: 0,
             mirror: false,
             squash: Squash::Clip,

@@ -3,6 +3,7 @@
 
 use multiversion::multiversion;
 
+use super::architecture::Activation;
 use super::tanh::tanh;
 use crate::base::error::{Error, Result};
 use crate::parallel::Progress;
@@ -21,6 +22,7 @@ pub(super) type Lanes = [f64; LANES];
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
 pub(super) fn forward(
     shapes: &[(usize, usize)],
+    activation: Activation,
     parameters: &[f64],
     values: &mut [Lanes],
     scratch: &mut [Lanes],
@@ -43,7 +45,10 @@ pub(super) fn forward(
         }
         values[..columns].copy_from_slice(&scratch[..columns]);
         if layer + 1 < shapes.len() {
-            squash(&mut values[..columns]);
+            match activation {
+                Activation::Tanh => squash(&mut values[..columns]),
+                Activation::Relu => rectify(&mut values[..columns]),
+            }
         }
     }
 }
@@ -88,7 +93,13 @@ pub fn tanh_layers(
                 value[lane] = *number;
             }
         }
-        forward(&shapes, parameters, &mut values, &mut scratch);
+        forward(
+            &shapes,
+            Activation::Tanh,
+            parameters,
+            &mut values,
+            &mut scratch,
+        );
         for lane in 0..rows.len() / entries {
             outputs.extend(values[..columns].iter().map(|value| value[lane]));
         }
@@ -104,6 +115,14 @@ pub(super) fn squash(values: &mut [Lanes]) {
     }
 }
 
+/// Replaces every negative value by 0.
+#[inline(always)]
+fn rectify(values: &mut [Lanes]) {
+    for value in values.as_flattened_mut() {
+        *value = if *value > 0.0 { *value } else { 0.0 };
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -111,7 +130,16 @@ mod tests {
     use super::*;
 
     /// Returns the outputs for one row, computed by plain loops.
-    fn reference(shapes: &[(usize, usize)], parameters: &[f64], mut values: Vec<f64>) -> Vec<f64> {
+    fn reference(
+        shapes: &[(usize, usize)],
+        activation: Activation,
+        parameters: &[f64],
+        mut values: Vec<f64>,
+    ) -> Vec<f64> {
+        let function = match activation {
+            Activation::Tanh => libm::tanh,
+            Activation::Relu => |sum: f64| sum.max(0.0),
+        };
         let mut parameters = parameters.iter();
         for (layer, &(rows, columns)) in shapes.iter().enumerate() {
             let weights: Vec<f64> = parameters.by_ref().take(rows * columns).copied().collect();
@@ -125,7 +153,7 @@ mod tests {
             values = if is_last {
                 sums
             } else {
-                sums.into_iter().map(libm::tanh).collect()
+                sums.into_iter().map(function).collect()
             };
         }
         values
@@ -135,6 +163,7 @@ mod tests {
         #[test]
         fn every_lane_is_bitwise_equal_to_plain_loops(
             widths in prop::collection::vec(1..20_usize, 2..5),
+            activation in prop::sample::select(vec![Activation::Tanh, Activation::Relu]),
             numbers in prop::collection::vec(-3.0..3.0_f64, 2000),
         ) {
             let shapes: Vec<_> = widths.windows(2).map(|pair| (pair[0], pair[1])).collect();
@@ -143,10 +172,10 @@ mod tests {
             let inputs: Vec<Lanes> = (0..20).map(|_| row()).collect();
             let parameters: Vec<f64> = numbers.take(2000).collect();
             let (mut values, mut scratch) = (inputs.clone(), inputs.clone());
-            forward(&shapes, &parameters, &mut values, &mut scratch);
+            forward(&shapes, activation, &parameters, &mut values, &mut scratch);
             for lane in 0..LANES {
                 let row = inputs[..widths[0]].iter().map(|input| input[lane]).collect();
-                let expected = reference(&shapes, &parameters, row);
+                let expected = reference(&shapes, activation, &parameters, row);
                 let found = values[..expected.len()].iter().map(|value| value[lane]);
                 let found: Vec<f64> = found.collect();
                 prop_assert_eq!(found, expected);

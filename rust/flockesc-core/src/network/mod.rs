@@ -10,7 +10,7 @@ mod networks;
 mod tanh;
 
 pub use actions::{ActionMode, ActionOptions, NormalizedRange, RangeMap};
-pub use architecture::{Architecture, Head, Squash};
+pub use architecture::{Activation, Architecture, Head, Squash};
 pub use forward::{tanh_layers, work};
 pub(crate) use networks::EpisodeNetwork;
 pub use networks::{NetworkRanges, Networks};

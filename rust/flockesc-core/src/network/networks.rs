@@ -301,8 +301,14 @@ impl EpisodeNetwork<'_> {
     }
 
     fn forward(&mut self) {
-        let shapes = &self.networks.shapes;
-        forward(shapes, self.parameters, &mut self.values, &mut self.scratch);
+        let (shapes, activation) = (&self.networks.shapes, self.networks.architecture.activation);
+        forward(
+            shapes,
+            activation,
+            self.parameters,
+            &mut self.values,
+            &mut self.scratch,
+        );
     }
 
     /// Writes the actions of a block of rows, and updates their memory.
