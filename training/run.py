@@ -35,7 +35,14 @@ BEST_FILE = "best_model.zip"
 MODEL_FILE = "model.zip"
 CHECKPOINT_FILE = "checkpoint.pickle"
 CURVE_FLOCKS = 200
-"""Tuning flocks on which the learning curves of search and imitation are measured."""
+"""Tuning flocks on which the learning curves of all but stable-baselines3 are measured."""
+
+
+def packages_of(algorithm: str) -> tuple[str, ...]:
+    """Return the packages whose versions decide what an algorithm learns."""
+    if algorithm == "gradient":
+        return "jax", "jaxlib", "optax"
+    return "cmaes", "sb3-contrib", "stable-baselines3", "torch"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,7 +104,7 @@ class Run:
             "learner": self.name,
             "table": msgspec.to_builtins(self.learner),
             "seed": self.seed,
-            "versions": versions("cmaes", "gymnasium", "sb3-contrib", "stable-baselines3", "torch"),
+            "versions": versions(*packages_of(self.learner.algorithm)),
         }
 
     def begin(self, *, resume: bool) -> bool:

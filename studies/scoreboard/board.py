@@ -42,7 +42,7 @@ CONSTANTS: Final = Path("results/scoreboard/constants.json")
 CHOOSING, CONTROLLING = first_seeds(TUNING, 50), TUNING[1000:2000]
 """Tuning flocks that choose a constant range without warnings, and those that measure it."""
 
-SHIPPED: Final = ("rule", "search", "searched-rule", "schedule", "imitation", "ppo")
+SHIPPED: Final = ("rule", "gradient", "search", "searched-rule", "schedule", "imitation", "ppo")
 """Learners with policies in the wheel, one of each kind."""
 
 
@@ -53,7 +53,7 @@ class Card(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True
     the policy files.
     """
 
-    kind: Literal["rule", "search", "imitation", "reinforcement learning"]
+    kind: Literal["rule", "search", "gradient", "imitation", "reinforcement learning"]
     summary: str
     authors: str
     code: str

@@ -20,7 +20,7 @@ from flockesc_env import SB3Policy, save_policy, tasks
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models.records import versions
 from flockesc_env.policies.registry import POLICY_FILE
-from training.run import RUN_FILE, Run
+from training.run import RUN_FILE, Run, packages_of
 from training.train import train as train_run
 
 TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
@@ -157,7 +157,7 @@ def hyperparameters_of(learner: str, task: str) -> dict[str, Any]:
 def versions_of(learner: str) -> Mapping[str, str]:
     """Return the versions with which a learner trains, of another framework those in its environment."""
     if learner not in EXTERNAL:
-        return versions("cmaes", "torch", "stable-baselines3", "sb3-contrib")
+        return versions(*packages_of(learner))
     found = EXTERNAL[learner]
     code = "import sys, importlib.metadata as m; print(*map(m.version, sys.argv[1:]))"
     python = [f"{found.environment}/bin/python", "-c", code, *found.packages]
