@@ -70,7 +70,8 @@ class GradientRounds(NetworkRounds[GradientArguments]):
         if args.memory > min(args.hidden, default=0):
             raise InputError("memory", "at most the smallest width of hidden layers", args.memory)
         inputs = run.policy_spec.layout.names
-        twin.observe(run.task.scenario, self._start(0), run.task.per_agent, **run.options)  # refuses tasks
+        scenario: Any = run.task.scenario
+        twin.observe(scenario, self._start(0), run.task.per_agent, **run.options)  # refuses other tasks
         network = Architecture(inputs, args.hidden, args.memory, args.mirror, squash="tanh")
         self.family = Networks(run, network)
         self._optimizer = optax.adam(optax.cosine_decay_schedule(args.learning_rate, args.updates))
@@ -110,13 +111,15 @@ class GradientRounds(NetworkRounds[GradientArguments]):
             outputs = _outputs(layers, jnp.concatenate([seen, memory], axis=-1))
             return (outputs[..., 0] + 1) / 2 * run.options["max_range"], outputs[..., 1:]
 
-        rows = (run.policy_spec.rows,) if run.task.per_agent else ()
+        scenario: Any = run.task.scenario
+        per_agent = run.task.per_agent
+        rows = (run.policy_spec.rows,) if per_agent else ()
         memory = jnp.zeros((*rows, network.memory), start.positions.dtype)
-        scenario, per_agent = run.task.scenario, run.task.per_agent
         states = twin.rollout(
             scenario, start, policy, self.args.softness, per_agent=per_agent, memory=memory, **run.options
         )
-        return getattr(states, run.task.spec.name)[-1]
+        objectives: jax.Array = getattr(states, run.task.spec.name)
+        return objectives[-1]
 
     def _updated(self, layers: Layers, moments: Any, starts: Any) -> tuple[Layers, Any, jax.Array]:
         values, gradients = jax.lax.map(partial(jax.value_and_grad(self.objective), layers), starts)
@@ -126,7 +129,8 @@ class GradientRounds(NetworkRounds[GradientArguments]):
         return optax.apply_updates(layers, steps), moments, values
 
     def _start(self, seed: int) -> twin.FlockState:
-        return twin.start(self.run.task.scenario, seed)
+        scenario: Any = self.run.task.scenario  # others are refused
+        return twin.start(scenario, seed)
 
 
 def first_layers(network: Architecture, first: float, seed: int) -> Layers:
@@ -144,7 +148,8 @@ def first_layers(network: Architecture, first: float, seed: int) -> Layers:
     for depth, (weights, _) in enumerate(layers[:-1]):
         weights[units + (len(network.inputs) if depth == 0 else 0), units] = 1.0
     last[units, 1 + units] = _LATCH
-    return jax.tree.map(partial(jnp.asarray, dtype=np.float32), layers)
+    single: Layers = jax.tree.map(partial(jnp.asarray, dtype=np.float32), layers)
+    return single
 
 
 def _outputs(layers: Layers, values: jax.Array) -> jax.Array:

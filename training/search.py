@@ -83,7 +83,8 @@ class SearchRounds(NetworkRounds[SearchArguments]):
     @property
     def vector(self) -> FloatArray:
         """Mean of the search distribution."""
-        return self._optimizer.mean
+        center: FloatArray = self._optimizer.mean
+        return center
 
     def state(self) -> Any:
         """Return the optimizer and the best parameters."""
