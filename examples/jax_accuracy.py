@@ -1,20 +1,23 @@
 """How far the flock in JAX is from the core, how large gradients are, and how fast both are on one core.
 
-``taskset -c 0 python examples/jax_accuracy.py > results/jax/accuracy.json``
+``taskset -c 0 python -m examples.jax_accuracy > results/jax/accuracy.json``
 """
 
 import json
 import time
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import jax
-import jax_gradient as example
+import jax.numpy as jnp
 import numpy as np
 
 from flockesc_env import FlockScenario, simulate, sweep
-from flockesc_env.jax import init, rollout, step
+from flockesc_env.jax import init, rollout, start, step
+from training.gradient import GradientRounds
+from training.run import Run
 
 jax.config.update("jax_enable_x64", True)
 PAPER, RHO, SEEDS = FlockScenario(), 12.0, range(1_000_000, 1_000_100)
@@ -45,10 +48,10 @@ def speed(run: Callable[[Any], Any], flocks: Any = None) -> int:
     return round(20 * PAPER.num_steps / np.diff(times)[1:].min())
 
 
-layers, starts = example.draw(seed=0, updates=1, flocks=20)
-double = jax.tree.map(lambda e: e[0], starts)
-layers, single = jax.tree.map(lambda e: e.astype(np.float32) if e.dtype == float else e, (layers, double))
-gradients = jax.jit(partial(jax.lax.map, partial(jax.value_and_grad(example.objective), layers)))
+rounds = GradientRounds(Run.of("per-agent-visible", "gradient", 0, Path("runs/unused")))
+double = jax.tree.map(lambda *each: jnp.stack(each), *[start(PAPER, seed) for seed in range(20)])
+single = jax.tree.map(lambda e: e.astype(np.float32) if e.dtype == float else e, double)
+gradients = jax.jit(partial(jax.lax.map, partial(jax.value_and_grad(rounds.objective), rounds.layers)))
 leaves = [np.asarray(leaf).reshape(20, -1) for leaf in jax.tree.leaves(gradients(single)[1])]
 norms = np.linalg.norm(np.concatenate(leaves, axis=1), axis=1)
 speeds = {
@@ -59,7 +62,7 @@ speeds = {
     "float32, lax.map, with gradients": speed(gradients, single),
 }
 results = {
-    "command": "taskset -c 0 python examples/jax_accuracy.py",
+    "command": "taskset -c 0 python -m examples.jax_accuracy",
     "jax": jax.__version__,
     "seeds": [SEEDS[0], SEEDS[-1]],
     "accuracy": {dtype: accuracy(dtype) for dtype in ("float64", "float32")},

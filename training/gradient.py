@@ -75,32 +75,32 @@ class GradientRounds(NetworkRounds[GradientArguments]):
         network = Architecture(inputs, args.hidden, args.memory, args.mirror, squash="tanh")
         self.family = Networks(run, network)
         self._optimizer = optax.adam(optax.cosine_decay_schedule(args.learning_rate, args.updates))
-        self._layers = first_layers(network, 2 * first / longest - 1, run.seed)
-        self._moments = self._optimizer.init(self._layers)
+        self.layers = first_layers(network, 2 * first / longest - 1, run.seed)
+        self._moments = self._optimizer.init(self.layers)
         self._update = jax.jit(self._updated)
 
     @property
     def vector(self) -> FloatArray:
         """The parameters of the network."""
-        return np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(self._layers)])
+        return np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(self.layers)])
 
     def round(self) -> float:
         """Update the network with the gradients of new flocks; return their mean objective."""
         flocks = self.args.flocks
         seeds = training_seeds(self.run.seed, self.measured.episodes, flocks)
         starts = jax.tree.map(lambda *each: jnp.stack(each), *map(self._start, seeds))
-        self._layers, self._moments, values = self._update(self._layers, self._moments, starts)
+        self.layers, self._moments, values = self._update(self.layers, self._moments, starts)
         self.measured.episodes += flocks
         self.measured.samples += flocks * self.run.policy_spec.rows * self.run.task.num_actions
         return float(np.mean(values))
 
     def state(self) -> Any:
         """Return the network, the optimizer and the best parameters."""
-        return jax.tree.map(np.asarray, (self._layers, self._moments)), self.best
+        return jax.tree.map(np.asarray, (self.layers, self._moments)), self.best
 
     def restore(self, state: Any) -> None:
         """Restore the network, the optimizer and the best parameters."""
-        (self._layers, self._moments), self.best = state
+        (self.layers, self._moments), self.best = state
 
     def objective(self, layers: Layers, start: twin.FlockState) -> jax.Array:
         """Return the objective of a flock in m under the network with these layers."""

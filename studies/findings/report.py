@@ -16,7 +16,7 @@ from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 from flockesc_env.episodes import splits
 from flockesc_env.taskset import Task
 from flockesc_env.taskset.statistics import difference
-from studies.findings import controls, headlines, listening, loads, losses
+from studies.findings import controls, headlines, listening, loads, losses, styles
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, sign
 from studies.scoreboard.board import ANY_RATE, load_board
@@ -140,6 +140,7 @@ def measure(runner: Runner, output: Path, scale: float) -> None:
     listening.measure(chosen, scale, runner, output)
     controls.measure_blocked(chosen, scale, runner, output)
     losses.measure(chosen, scale, runner, output)
+    styles.measure(scale, runner, output)
     rows = rows_of(entries_of(load_board()))
     pairs = [(row.learned, row.rule) for row in rows if row.task.name in loads.TASKS]
     loads.measure(pairs, scale, runner, output)
@@ -191,6 +192,7 @@ def report(results: Findings) -> str:
             k: [name for name, row in loaded.items() if outcome(row.over_rule) == k] for k in OUTCOMES
         },
         losses=losses,
+        styles=styles,
     )
 
 

@@ -38,7 +38,7 @@ def test_the_core_plays_the_network_as_the_flock_in_jax_does(
     run = small_run(tmp_path / "run", "gradient", task=task, scenario=scenario, mirror=mirror, **HARD)
     rounds, seeds = GradientRounds(run), range(20)
     starts = jax.tree.map(lambda *each: jnp.stack(each), *[start(scenario, seed) for seed in seeds])
-    found = jax.jit(lambda states: jax.lax.map(lambda one: rounds.objective(rounds._layers, one), states))
+    found = jax.jit(lambda states: jax.lax.map(lambda one: rounds.objective(rounds.layers, one), states))
     expected = run.objectives(rounds.policy(), seeds)
     np.testing.assert_allclose(found(starts), expected, rtol=0, atol=1e-9)
     assert len({*expected.round(3)}) > 10
@@ -46,7 +46,7 @@ def test_the_core_plays_the_network_as_the_flock_in_jax_does(
 
 def test_an_update_is_the_first_step_of_adam_along_the_mean_of_clipped_gradients(tmp_path: Path) -> None:
     rounds = GradientRounds(small_run(tmp_path / "run", "gradient", clip=0.1))
-    before, layers, drawn = rounds.vector, rounds._layers, []
+    before, layers, drawn = rounds.vector, rounds.layers, []
     draw = rounds._start
     rounds._start = lambda seed: drawn.append(draw(seed)) or drawn[-1]  # type: ignore[method-assign, func-returns-value]
     mean = rounds.round()
