@@ -16,7 +16,7 @@ from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Cache, Job, find_backend
 from flockesc_env.scenario import GivenHeadings, GivenPositions
 from studies.__main__ import STUDIES
-from studies.findings import controls, headlines, listening, loads, losses
+from studies.findings import controls, headlines, listening, loads, losses, styles
 from studies.findings.report import Findings, report
 from studies.measurements import Runner, play, policy_of
 from studies.scoreboard.board import best_fixed_range
@@ -95,6 +95,37 @@ def test_loads_are_those_of_the_scoreboards_flocks() -> None:
     for row, (policy, options) in enumerate({"fixed:12": {}, task.rule: task.options}.items()):
         episodes: Any = fe.rollout(task.scenario, policy, flocks, per_agent=True, **options)
         assert played["heard"][row].tolist() == episodes.mean_heard.tolist()
+
+
+class Forgetful:
+    """A policy with a memory for which every action is the first of an episode."""
+
+    def __init__(self, policy: fe.NetworkPolicy) -> None:
+        self.policy = policy
+
+    def act(self, observations: Any, spec: Any) -> Any:
+        self.policy.reset(np.ones(len(observations), bool))
+        return self.policy.act(observations, spec)
+
+
+def test_styles_are_those_of_single_runs_and_the_control_erases_the_memory() -> None:
+    content = (headlines.BOARD / "gradient" / "policies" / f"{styles.TASK}-0.npz").read_bytes()
+    found = styles.style(content, False, HELD_OUT[:2])
+    for k, seed in enumerate(HELD_OUT[:2]):
+        run = fe.simulate(FlockScenario(), policy=policy_of(content), seed=seed)
+        ranges, toward = run.interaction_ranges[::4], run.predator_positions - run.positions
+        heading = (toward * run.velocities).sum(axis=-1) / np.linalg.norm(toward, axis=-1) / 10
+        listens, heads_toward = ranges >= 1, heading[:-1:4] >= 0.5
+        assert found["objective"][k] == run.mean_distance.min()
+        assert found["nobody"][k] == pytest.approx(1 - listens.mean())
+        assert found["farthest"][k] == pytest.approx((ranges >= 19).mean())
+        assert found["toward"][k] == pytest.approx(listens[heads_toward].mean(), abs=1e-3)  # at 60 degrees
+        assert found["changes"][k] == pytest.approx((listens[1:] != listens[:-1]).sum() / 300 / 11.8)
+    policy: Any = policy_of(content)
+    options = {**vars(policy.policy_spec.options), "per_agent": True}
+    played: Any = fe.rollout(FlockScenario(), Forgetful(policy), HELD_OUT[:2], **options)
+    erased = styles.style(content, True, HELD_OUT[:2])["objective"]
+    assert erased.tolist() == played.min_mean_distance.tolist()
 
 
 @pytest.mark.parametrize("neighbors", [1, 2])
