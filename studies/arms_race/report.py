@@ -20,7 +20,7 @@ from studies.arms_race import race
 from studies.arms_race.opponents import WIDTHS
 from studies.arms_race.race import UNTRAINED
 from studies.measurements import sign, values_by
-from studies.study import Study, signed, template
+from studies.study import Study, template
 from studies.style import subplots
 
 _LABELS = {
@@ -147,7 +147,6 @@ def report(results: RaceResults) -> str:
         hidden=WIDTHS[1],
         trainings=_training_rows(results.trainings),
         label=label,
-        difference=signed,
         grouped=grouped,
         worst=worst,
         losses=losses,
