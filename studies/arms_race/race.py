@@ -22,7 +22,7 @@ from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models import records
 from flockesc_env.policies import BasePolicy, as_policy
 from studies.arms_race.opponents import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
-from studies.measurements import Runner, split
+from studies.measurements import Runner, split, write_rows
 from studies.study import document
 from training.cma import growing, maximize
 from training.families import Population
@@ -187,17 +187,16 @@ class _Race:
                 self.trainings.append({**run, "measurement": check, "objective": value})
         return {name: tuple(found["parameters"].tolist()) for name, found in trained.items()}
 
-    def cross_play(self, held_out: range) -> pl.DataFrame:
-        """Play all flock policies against all predators; return J_mean in m by pair and seed."""
+    def cross_play(self, held_out: range, file: Path) -> None:
+        """Play all flock policies against all predators; write J_mean in m by pair and seed."""
         jobs = {
             (name, other): split(play, flock, predator, flocks=held_out, size=CHUNK, seconds=EPISODE)
             for name, flock in self.flocks.items()
             for other, predator in self.predators.items()
         }
-        return pl.concat(
-            pl.DataFrame({"flock_policy": name, "predator": other, "seed": held_out, **found})
-            for (name, other), found in self.runner.run(jobs, "Cross-play").items()
-        )
+        played = self.runner.run(jobs, "Cross-play").items()
+        pairs = ((dict(zip(("flock_policy", "predator"), pair, strict=True)), one) for pair, one in played)
+        write_rows(file, ({**names, "seed": held_out, **one} for names, one in pairs))
 
 
 def measure(runner: Runner, output: Path, rounds: int, num_flocks: int, budget: Budget = Budget()) -> None:
@@ -220,7 +219,7 @@ def measure(runner: Runner, output: Path, rounds: int, num_flocks: int, budget: 
         race.train_predators(starts, FIRST_SEED + 2 * number)
         newest = dict(zip(newest, starts, strict=True))
     (output / "policies").mkdir(parents=True, exist_ok=True)
-    write_table(race.cross_play(first_seeds(HELD_OUT, num_flocks)), output / "cross_play.parquet")
+    race.cross_play(first_seeds(HELD_OUT, num_flocks), output / "cross_play.parquet")
     write_table(pl.DataFrame(race.trainings), output / "trainings.parquet")
     _write_policies(race, output / "policies")
     record = {

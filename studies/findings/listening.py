@@ -52,7 +52,7 @@ def listen(policy: bytes, flocks: range) -> Arrays:
     """
     entry = policy_of(policy)
     watched = watch(entry, flocks)
-    ranges, scenario = watched.ranges, entry.scenario
+    ranges, scenario = np.array(watched.ranges), entry.scenario
     assert isinstance(scenario, FlockScenario)  # noqa: S101, only flocks have agents that sense a predator
     is_sensed = watched.entry("predator_sensed") > 0
     scaled = watched.entry("predator_distance")[is_sensed]
@@ -165,15 +165,16 @@ def _run(policy: BasePolicy, max_range: float | None = None) -> dict[str, NDArra
     seeing: dict[str, Any] = {"max_range": longest, "profile_ranges": profile, "extra_entries": extra}
     scenario = FlockScenario()
     watched = watch(policy.with_options(scenario=scenario, **seeing), first_seeds(HELD_OUT, 1))
-    heard = np.full((*watched.ranges.shape, len(CANDIDATES)), np.nan)
+    ranges = np.array(watched.ranges)
+    heard = np.full((*ranges.shape, len(CANDIDATES)), np.nan)
     for k, rho in enumerate(profile):
         hears = (watched.entry(f"profile_{k}_neighbor_count") > 0) | (rho == 0)
         heard[..., k] = np.where(hears, _degrees(watched.entry(f"profile_{k}_escape_cosine")), np.nan)
     return {
-        "times": np.arange(len(watched.ranges)) * (known.steps_per_action * scenario.time_step),
+        "times": np.arange(len(ranges)) * (known.steps_per_action * scenario.time_step),
         "own": _degrees(watched.entry("escape_direction_ahead")),
         "heard": heard,
-        "chosen": watched.ranges,
+        "chosen": ranges,
     }
 
 
