@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from itertools import product
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -39,7 +40,9 @@ def starts() -> dict[str, FlockScenario]:
     """Return other starts of the paper's flock: polarization, direction of attack, speed and density."""
     found = {"random headings": FlockScenario()}
     for polarization, (attack, direction) in product(POLARIZATIONS, ATTACKS.items()):
-        headings = AlignedHeadings(direction, max_angle(polarization))
+        # The mean of unit vectors that are uniform within the angle a of a direction has length sin(a) / a.
+        largest = brentq(lambda a, mean: math.sin(a) / a - mean, 1e-6, math.pi, args=(polarization,))
+        headings = AlignedHeadings(direction, float(largest))
         found[f"polarization {polarization:g}, {attack}"] = FlockScenario(initial_headings=headings)
     faster = ConstantVelocity(*approach(speed=20 * math.sqrt(2)))
     found["predator twice as fast"] = FlockScenario(predators=(faster,))
@@ -47,26 +50,9 @@ def starts() -> dict[str, FlockScenario]:
     return found
 
 
-def max_angle(polarization: float) -> float:
-    """Return the angle in rad within which headings are drawn.
-
-    The mean of unit vectors that are uniform within the angle a of a direction has the length sin(a) / a.
-    """
-    return float(brentq(lambda angle: math.sin(angle) / angle - polarization, 1e-6, math.pi))
-
-
 def scenarios() -> dict[str, FlockScenario]:
     """Return all presets of flocks with predators, and other sizes of the paper's flock."""
     return attacked_presets() | {f"n = {size:,}": FlockScenario(num_agents=size) for size in SIZES}
-
-
-def can_run(headline: Headline, scenario: FlockScenario) -> bool:
-    """Return whether a policy can run in a scenario: it can show all that the policy observes."""
-    try:
-        flock_batch(setup(headline.entry, scenario), num_flocks=1)
-    except InputError:
-        return False
-    return True
 
 
 def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:
@@ -107,7 +93,8 @@ def play(
         for purpose, flocks in {"tuning": tuning, "held out": held_out[name]}.items():
             jobs[purpose, name] = seed_jobs(OUTCOMES, scenario, grids[name], flocks)
         for one in headlines:
-            if can_run(one, scenario):
+            with suppress(InputError):  # the scenario cannot show all that the policy observes
+                flock_batch(setup(one.entry, scenario), num_flocks=1)
                 key = one.task.name, name
                 jobs[key] = play_jobs(one.content, scenario, one.task.spec.name, held_out[name])
     found, rows = runner.run(jobs, "Other scenarios"), []

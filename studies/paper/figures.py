@@ -144,7 +144,9 @@ def flock_seed(measured: Measured) -> int:
 
 
 _FLOCKS = ("curves", "grid flock")
-_CONTROLS = [name(plan.PAPER, force) for name in (plan.control, plan.captures) for force in plan.STRENGTHS]
+_CONTROLS = [
+    plan.control(plan.PAPER, force, kind) for kind in ("control", "captures") for force in plan.STRENGTHS
+]
 
 FIGURES: Final[dict[str, tuple[Iterable[str], Callable[[Measured], Figure]]]] = {
     "2": ((), lambda _: escape_forces()),

@@ -176,16 +176,13 @@ def figure(results: RobustnessResults) -> Figure:
     groups = results.by_question()
     num_rows = len(groups) + len(results.presets)
     figure, (left, right) = subplots(ROW * (num_rows + 4), 1, 2)
-    over_zero: dict[str, dict[str, Estimate]] = {question: {} for question in groups}
-    over_longest: dict[str, dict[str, Estimate]] = {question: {} for question in groups}
-    for question, presets in groups.items():
-        for row in presets:
+    for axes, field, end in ((left, "zero", "range 0"), (right, "longest", "the longest range")):
+        rows: dict[str, dict[str, Estimate]] = {question: {} for question in groups}
+        for row in results.presets:
             found = row.outcomes["J_mean"]
             name = f"{row.name} ({found.best.mean:g} {row.grid.unit})"
-            over_zero[question][name] = found.gain_over_zero
-            over_longest[question][name] = found.gain_over_longest
-    for axes, gains, end in ((left, over_zero, "range 0"), (right, over_longest, "the longest range")):
-        draw_forest(axes, gains)
+            rows[row.question][name] = getattr(found, f"gain_over_{field}")
+        draw_forest(axes, rows)
         axes.set_xlabel(f"gain over {end} (m)")
     right.set_yticklabels([])
     text = f"J_mean of the best fixed range, {results.num_flocks:,} flocks, 95 % intervals"

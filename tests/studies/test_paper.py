@@ -17,7 +17,7 @@ from studies.paper import jobs, plan
 from studies.paper.claims import Verdict, claim
 from studies.paper.line_claims import clusters
 from studies.paper.mechanism_claims import mechanism_claims
-from studies.paper.plan import CONTROL_GRID, LINE_GRID, NO_FORCE, STRENGTHS, Trials, captures, control
+from studies.paper.plan import CONTROL_GRID, LINE_GRID, NO_FORCE, STRENGTHS, Trials, control
 from studies.paper.report import PaperResults
 from studies.study import REPORT, RESULTS_FILE, document
 
@@ -127,10 +127,10 @@ def verdicts(
         return dict.fromkeys(names, rows)
 
     found = {
-        name(scenario, strength): values(without if strength == NO_FORCE else fleeing, CONTROL_GRID)
+        control(scenario, strength, kind): values(without if strength == NO_FORCE else fleeing, CONTROL_GRID)
         for scenario in plan.SCENARIOS
         for strength in STRENGTHS
-        for name in (control, captures)
+        for kind in ("control", "captures")
     }
     for name in ("blocked", "blocked captures"):
         found[name] = values({0.0: fleeing.get(0.0, 0.0), 10.0: blocked}, plan.SHORT_RANGES)
