@@ -68,10 +68,11 @@ class Study:
         return results
 
 
-def template(name: str) -> Template:
+def template(name: str, module: Mapping[str, Any] | None = None) -> Template:
     """Return the template of a report, such as ``"paper/templates/paper.md"``.
 
-    All templates have ``signed``: an estimate with its interval as text, with signs.
+    It sees the names of the module that renders it, ``globals()``. All templates have ``signed``: an
+    estimate with its interval as text, with signs.
     """
     # No text that a user typed gets onto the pages unchecked, so nothing has to be escaped.
     environment = Environment(
@@ -83,4 +84,4 @@ def template(name: str) -> Template:
         keep_trailing_newline=True,
     )
     environment.globals["signed"] = "{:+.2f}".format
-    return environment.get_template(name)
+    return environment.get_template(name, globals=dict(module or {}))

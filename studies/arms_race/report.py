@@ -141,13 +141,10 @@ def report(results: RaceResults) -> str:
     distinct = results.distinct()
     worst = {flock: results.cells[flock, results.worst(flock)] for flock in results.flocks}
     losses = {flock: results.loss(flock, "straight", results.worst(flock)) for flock in results.flocks}
-    return template("arms_race/templates/arms_race.md").render(
+    return template("arms_race/templates/arms_race.md", globals()).render(
         results=results,
-        race=race,
         hidden=WIDTHS[1],
         trainings=_training_rows(results.trainings),
-        label=label,
-        grouped=grouped,
         worst=worst,
         losses=losses,
         distinct=distinct,

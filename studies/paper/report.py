@@ -86,18 +86,16 @@ def report(results: PaperResults) -> str:
         sections.setdefault(title, []).append((number, row))
     judged = [(row.judgment.verdict, row.is_reading) for row in results.claims]
     unclear = " (sample too small to tell)"
-    return template("paper/templates/paper.md").render(
+    return template("paper/templates/paper.md", globals()).render(
         results=results,
         sections=sections,
+        most=MOST,
         counts={each: [judged.count((each, reading)) for reading in (False, True)] for each in Verdict},
         mark=lambda judgment: judgment.verdict.value + ("" if judgment.is_clear else unclear),
-        figure_link=_figure_link,
-        most=MOST,
-        plan=plan,
     )
 
 
-def _figure_link(where: str) -> str:
+def figure_link(where: str) -> str:
     """Link the figure that a place of the paper names: "V, Fig. 9a" to the picture of Figure 9."""
     if where == "VI":
         return "[VI](#edge)"

@@ -1,7 +1,6 @@
 """The study of scaling: its cells, the prediction that precedes most of them, figure and report."""
 
 import math
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -245,9 +244,7 @@ def figure(results: Scaling) -> Figure:
 
 def report(results: Scaling) -> str:
     """Return the report as Markdown."""
-    return template("scaling/templates/scaling.md").render(
-        results=results, survey=sys.modules[__name__], ends=ends
-    )
+    return template("scaling/templates/scaling.md", globals()).render(results=results)
 
 
 SCALING = Study(

@@ -80,7 +80,8 @@ def entries_of(entrants: Sequence[Entrant]) -> dict[str, list[Entry]]:
     return entries
 
 
-def _best_learned(shown: Sequence[Entry]) -> Entry:
+def best_learned(shown: Sequence[Entry]) -> Entry:
+    """Return the entry with the highest score of those that were learned."""
     return next(entry for entry in shown if entry.is_learned)
 
 
@@ -91,26 +92,20 @@ def report(entrants: Sequence[Entrant]) -> str:
     gains = json.loads(rewards.FILE.read_text())
     changed = [read_result(file) for file in sorted(board.ABLATIONS.glob("*/*.json"))]
     ablations = [(result, score_of(result)) for result in changed]
-    text = template("scoreboard/templates/scoreboard.md").render(
-        tasks=tasks,
+    text = template("scoreboard/templates/scoreboard.md", globals()).render(
         entries=entries,
         ablations=sorted(ablations, key=lambda one: ([*tasks].index(one[0].task), -one[1].mean)),
-        order=sorted(entries, key=lambda name: _best_learned(entries[name]).over_rule.mean),
-        best_learned=_best_learned,
+        order=sorted(entries, key=lambda name: best_learned(entries[name]).over_rule.mean),
         constants=json.loads(board.CONSTANTS.read_text()),
         below=[(name, entry) for name, entry in every if entry.score.high < 0],
-        board=entrants,
-        folder=board.BOARD,
+        entrants=entrants,
         version=VERSION,
         flocks=FLOCKS,
-        choosing=len(board.CHOOSING),
-        controlling=board.CONTROLLING,
         median=np.median,
         estimate=lambda triple: Estimate(*triple),
         compat=json.loads((RESULTS / "compat.json").read_text()),
         any_rate=json.loads(board.ANY_RATE.read_text()),
         gains=gains,
-        measured=len(rewards.FLOCKS),
         opposite=[name for name, rows in gains.items() if any(map(rewards.is_opposite, rows))],
     )
     return text.rstrip() + "\n"
