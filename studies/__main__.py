@@ -31,6 +31,7 @@ _LIBRARIES = {
 }
 
 _Output = Annotated[Path, arg(help="folder of results, figures and the report README.md; made if missing")]
+_Share = Annotated[float, arg(help="share of the flocks that run")]
 _Parts = Annotated[Path, arg(help="folder that keeps finished parts")]
 _RUNS = Path("runs/scoreboard")
 
@@ -43,14 +44,6 @@ _STUDIES = {
     "findings": ("studies.findings.report:FINDINGS", "train"),
 }
 """Where each study is and the extra that it needs, by its folder in results/. Their imports are slow."""
-
-
-def prepare(folder: Path, extra: str, backend: str = "serial") -> jobs.Backend:
-    """Check that files can be written and libraries are installed; return the back end."""
-    found = jobs.find_backend(backend)
-    check_folder(folder)
-    require(extra, _LIBRARIES[extra])
-    return found
 
 
 def paper(
@@ -80,10 +73,10 @@ def paper(
     trials = Trials(flocks=flocks, lines=lines)
     if not figures:
         return _run("paper", output, backend, progress=progress, trials=trials)
-    runs_on = prepare(output, "analysis", backend)
+    runner = _runner(output, "analysis", backend, progress=progress)
     from studies.paper.figures import measure_and_draw
 
-    for file in measure_and_draw(output, figures, trials, runs_on, progress=progress):
+    for file in measure_and_draw(runner, output, figures, trials):
         note(f"saved: {file}")
     return Exit.DONE
 
@@ -127,7 +120,7 @@ def validation(
             help_behavior_hint=f"(default: all: {', '.join(PARTS)})",
         ),
     ] = PARTS,
-    scale: Annotated[float, arg(help="share of the flocks that run")] = 1.0,
+    scale: _Share = 1.0,
     backend: Backend = "processes",
     progress: Progress = False,
 ) -> Exit:
@@ -140,7 +133,6 @@ def validation(
     for name in only:
         if name not in PARTS:
             raise InputError("only", f"any of {', '.join(PARTS)}", repr(name))
-    _check_share(scale)
     return _run("validation", output, backend, progress=progress, only=only, scale=scale)
 
 
@@ -166,7 +158,7 @@ def arms_race(
 def findings(
     *,
     output: _Output = Path("results/findings"),
-    scale: Annotated[float, arg(help="share of the flocks that play")] = 1.0,
+    scale: _Share = 1.0,
     backend: Backend = "processes",
     progress: Progress = False,
 ) -> Exit:
@@ -176,14 +168,13 @@ def findings(
 
     Example: python -m studies findings --scale 0.1
     """
-    _check_share(scale)
     return _run("findings", output, backend, progress=progress, scale=scale)
 
 
 def scaling(
     *,
     output: _Output = Path("results/scaling"),
-    scale: Annotated[float, arg(help="share of the flocks that play")] = 1.0,
+    scale: _Share = 1.0,
     backend: Backend = "processes",
     progress: Progress = False,
 ) -> Exit:
@@ -193,7 +184,6 @@ def scaling(
 
     Example: python -m studies scaling --scale 0.01
     """
-    _check_share(scale)
     return _run("scaling", output, backend, progress=progress, scale=scale)
 
 
@@ -208,7 +198,7 @@ def scoreboard_freeze(
 
     Example: python -m studies scoreboard-freeze one-range
     """
-    runner = _runner(runs, backend)
+    runner = _runner(runs, "train", backend)
     from studies.scoreboard.freeze import freeze
 
     freeze(output, names, runner)
@@ -229,7 +219,7 @@ def scoreboard_train(
 
     Example: python -m studies scoreboard-train --learners ppo --tasks one-range
     """
-    runner = _runner(runs, backend)
+    runner = _runner(runs, "train", backend)
     from studies.scoreboard.board import write_scores
     from studies.scoreboard.trainings import trainings
 
@@ -242,7 +232,7 @@ def scoreboard_rewards(*, runs: _Parts = _RUNS, backend: Backend = "processes") 
 
     Example: python -m studies scoreboard-rewards
     """
-    runner = _runner(runs, backend)
+    runner = _runner(runs, "train", backend)
     from studies.scoreboard.rewards import FILE, write
 
     write(runner)
@@ -273,9 +263,11 @@ def reports() -> Exit:
 
 def _run(study: str, output: Path, backend: str, *, progress: bool, **options: Any) -> Exit:
     """Measure one of ``_STUDIES`` with its options; write its results, figures and report."""
+    if not 0 < options.get("scale", 1) <= 1:
+        raise InputError("scale", "a number in (0, 1]", options["scale"])
     place, extra = _STUDIES[study]
-    runs_on = prepare(output, extra, backend)
-    resolve_name(place).run(output, runs_on, progress=progress, **options)
+    runner = _runner(output, extra, backend, progress=progress)
+    resolve_name(place).run(runner, output, **options)
     return _saved(output)
 
 
@@ -284,17 +276,14 @@ def _saved(path: Path) -> Exit:
     return Exit.DONE
 
 
-def _check_share(scale: float) -> None:
-    if not 0 < scale <= 1:
-        raise InputError("scale", "a number in (0, 1]", scale)
-
-
-def _runner(folder: Path, backend: str) -> Runner:
-    """Return a runner of jobs that keeps their results in a folder."""
-    runs_on = prepare(folder, "train", backend=backend)
+def _runner(folder: Path, extra: str, backend: str, *, progress: bool = True) -> Runner:
+    """Check that libraries are installed and files can be written; return a runner that keeps results."""
+    runs_on = jobs.find_backend(backend)
+    check_folder(folder)
+    require(extra, _LIBRARIES[extra])
     from studies.measurements import Runner
 
-    return Runner(jobs.Cache(folder / "cache"), runs_on, progress=True)
+    return Runner(jobs.Cache(folder / "cache"), runs_on, progress)
 
 
 _MEASURING = (paper, robustness, scaling, validation, arms_race, findings)

@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 
 from flockesc_env import FlockScenario, LineScenario, rollout
+from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.splits import first_seeds
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
@@ -72,6 +73,11 @@ def split(
     return [Job(name, (*arguments, part), seconds * len(part)) for part in chunks(flocks, size)]
 
 
+def over(measure: Callable[[float, int], Mapping[str, Any]], ranges: Iterable[float], seeds: range) -> Arrays:
+    """Return numbers or arrays by name with axes (ranges, seeds, ..) from those of a range and a seed."""
+    return by_name([by_name([measure(rho, seed) for seed in seeds]) for rho in ranges])
+
+
 def by_name(runs: Sequence[Mapping[str, Any]]) -> Arrays:
     """Return the numbers or arrays of several runs by name, with a first axis over the runs."""
     return {name: np.array([run[name] for run in runs]) for name in runs[0]}
@@ -116,6 +122,11 @@ def play_jobs(
         Job(f"{__name__}:play", (policy, scenario, column, part, options), seconds * len(part))
         for part in chunks(flocks, 250)
     ]
+
+
+def write_rows(file: Path, rows: Iterable[Mapping[str, Any]]) -> None:
+    """Write a table of flocks: a mapping has arrays over the same seeds by column, or their common value."""
+    write_table(pl.concat(pl.DataFrame(row) for row in rows), file)
 
 
 def values_by(table: pl.DataFrame, *keys: str, column: str = "objective") -> dict[Any, FloatArray]:

@@ -11,8 +11,6 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from matplotlib.figure import Figure
 
 from flockesc_env.common.files import write_text
-from flockesc_env.common.stats import Estimate
-from flockesc_env.jobs import Backend, Cache
 from studies.measurements import Runner
 from training.figure_style import save_figure
 
@@ -38,7 +36,8 @@ class Results:
 class Study:
     """A study: how it measures, and its figures and report, which are made from the results in a folder.
 
-    ``measure`` takes a runner of jobs, the folder of the results and the study's options, and writes results.
+    ``measure`` takes a runner of jobs, the folder of the results and the study's options. It returns
+    ``Results``, or writes other files into the folder.
     ``figures`` returns figures by the names of their files. ``report`` takes results and returns the text of
     README.md in their folder.
     """
@@ -49,13 +48,15 @@ class Study:
     report: Callable[[Any], str]
     formats: tuple[str, ...] = ("png",)
 
-    def run(self, output: Path, backend: Backend, *, progress: bool = False, **options: Any) -> Any:
+    def run(self, runner: Runner, output: Path, **options: Any) -> Any:
         """Measure, and write results, figures and the report; return the results.
 
         Called again after an interrupt, it continues where it stopped and ends with the same bytes.
         """
         output.mkdir(parents=True, exist_ok=True)
-        self.measure(Runner(Cache(output / "cache"), backend, progress), output, **options)
+        measured = self.measure(runner, output, **options)
+        if isinstance(measured, Results):
+            write_text(output / RESULTS_FILE, document(measured))
         return self.write(output)
 
     def write(self, output: Path) -> Any:
@@ -67,8 +68,12 @@ class Study:
         return results
 
 
-def template(name: str) -> Template:
-    """Return the template of a report, such as ``"paper/templates/paper.md"``."""
+def template(name: str, module: Mapping[str, Any] | None = None) -> Template:
+    """Return the template of a report, such as ``"paper/templates/paper.md"``.
+
+    It sees the names of the module that renders it, ``globals()``. All templates have ``signed``: an
+    estimate with its interval as text, with signs.
+    """
     # No text that a user typed gets onto the pages unchecked, so nothing has to be escaped.
     environment = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
@@ -78,9 +83,5 @@ def template(name: str) -> Template:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    return environment.get_template(name)
-
-
-def signed(estimate: Estimate) -> str:
-    """Return an estimate with its interval as text, with signs."""
-    return f"{estimate:+.2f}"
+    environment.globals["signed"] = "{:+.2f}".format
+    return environment.get_template(name, globals=dict(module or {}))

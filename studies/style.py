@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.transforms import offset_copy
 from numpy.typing import NDArray
 
 from flockesc_env.common.stats import Estimate, FloatArray
@@ -36,13 +37,9 @@ def letter(axes: Axes, index: int, title: str) -> None:
 
 def component_colors(labels: NDArray[np.int64]) -> list[Any]:
     """Return a color per agent: the larger its component, the earlier in the palette; gray if alone."""
-    names, sizes = np.unique(labels, return_counts=True)
-    order = np.argsort(-sizes, kind="stable")
-    color = {}
-    for rank, index in enumerate(order):
-        is_alone = sizes[index] == 1
-        color[int(names[index])] = LIGHT.alone if is_alone else LABELS[rank % len(LABELS)]
-    return [color[int(label)] for label in labels]
+    _, places, sizes = np.unique(labels, return_inverse=True, return_counts=True)
+    ranks = np.argsort(np.argsort(-sizes, kind="stable"))
+    return [LIGHT.alone if sizes[k] == 1 else LABELS[ranks[k] % len(LABELS)] for k in places]
 
 
 def cluster_colors(final: FloatArray, rho: float) -> list[Any]:
@@ -79,10 +76,14 @@ def draw_forest(axes: Axes, groups: Mapping[str, Mapping[str, Estimate]]) -> Non
     The mean stands at the right end of each row.
     """
     labels: list[str] = []
+    color, right = LIGHT.fixed, offset_copy(axes.get_yaxis_transform(), axes.figure, 4, units="points")
     for title, rows in groups.items():
         labels.append(title)
         for name, estimate in rows.items():
-            _row(axes, len(labels), estimate)
+            place, face = len(labels), color if sign(estimate) else LIGHT.page
+            axes.plot([estimate.low, estimate.high], [place, place], color=color, lw=2, solid_capstyle="butt")
+            axes.plot(estimate.mean, place, "o", color=color, mfc=face, ms=5.5, zorder=3)
+            axes.text(1.0, place, f"{estimate.mean:+z.1f}", va="center", transform=right)
             labels.append(name)
     axes.axvline(0, color=LIGHT.ink, lw=0.8, zorder=1)
     axes.set_yticks(range(len(labels)), labels)
@@ -95,18 +96,3 @@ def draw_forest(axes: Axes, groups: Mapping[str, Mapping[str, Estimate]]) -> Non
     axes.set_axisbelow(True)
     low, high = axes.get_xlim()
     axes.set_xlim(low, high + 0.02 * (high - low))
-
-
-def _row(axes: Axes, place: int, estimate: Estimate) -> None:
-    color, face = LIGHT.fixed, LIGHT.fixed if sign(estimate) else LIGHT.page
-    axes.plot([estimate.low, estimate.high], [place, place], color=color, lw=2, solid_capstyle="butt")
-    axes.plot(estimate.mean, place, "o", color=color, mfc=face, ms=5.5, zorder=3)
-    axes.annotate(
-        f"{estimate.mean:+z.1f}",
-        (1.0, place),
-        xytext=(4, 0),
-        xycoords=("axes fraction", "data"),
-        textcoords="offset points",
-        va="center",
-        annotation_clip=False,
-    )

@@ -22,7 +22,7 @@ from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models import records
 from flockesc_env.policies import BasePolicy, as_policy
 from studies.arms_race.opponents import SIZE, Flock, LeadPursuit, NetworkPredator, Predator
-from studies.measurements import Runner, split
+from studies.measurements import Key, Runner, split, write_rows
 from studies.study import document
 from training.cma import growing, maximize
 from training.families import Population
@@ -159,45 +159,26 @@ class _Race:
     predators: dict[str, Predator]
     trainings: list[dict[str, object]] = field(default_factory=list)
 
-    def train_flocks(self, starts: Mapping[str, str], seed: int) -> None:
-        """Train new flock policies by name, each from its start against the predator of this name."""
-        pairs = {name: (self.flocks[start], self.predators[start]) for name, start in starts.items()}
-        for name, parameters in self._train("flock", pairs, seed).items():
-            self.flocks[name] = Flock(self.flocks[starts[name]].spec, parameters)
+    def train(self, kind: str, starts: Mapping[str, str], seed: int) -> None:
+        """Train new flock policies or predators by name, each from its start.
 
-    def train_predators(self, starts: Mapping[str, str], seed: int) -> None:
-        """Train new predators by name, each from its start against the flock policy of the new name."""
-        pairs = {name: (self.flocks[name], self.predators[start]) for name, start in starts.items()}
-        for name, parameters in self._train("predator", pairs, seed).items():
-            self.predators[name] = Predator("lead", self.lead, parameters)
-
-    def _train(
-        self, kind: str, pairs: Mapping[str, tuple[Flock, Predator]], seed: int
-    ) -> dict[str, tuple[float, ...]]:
-        """Train one side of each pair; return its parameters by the name of the pair."""
-        seconds = self.budget.episodes() * EPISODE
-        jobs = {
-            name: Job(f"{__name__}:train", (kind, flock, predator, self.budget, seed), seconds)
-            for name, (flock, predator) in pairs.items()
-        }
-        trained = self.runner.run(jobs, f"Training: {kind}")
-        for name, found in trained.items():
+        A flock policy plays the predator with the name of its start, and a predator the flock policy with
+        its own name.
+        """
+        jobs = {}
+        for name, start in starts.items():
+            flock = self.flocks[start if kind == "flock" else name]
+            arguments = (kind, flock, self.predators[start], self.budget, seed)
+            jobs[name] = Job(f"{__name__}:train", arguments, self.budget.episodes() * EPISODE)
+        for name, found in self.runner.run(jobs, f"Training: {kind}").items():
+            parameters = tuple(found["parameters"].tolist())
+            if kind == "flock":
+                self.flocks[name] = Flock(self.flocks[starts[name]].spec, parameters)
+            else:
+                self.predators[name] = Predator("lead", self.lead, parameters)
             run = {"kind": kind, "name": name, "minutes": float(found["minutes"])}
             for check, value in enumerate(found["curve"].tolist()):
                 self.trainings.append({**run, "measurement": check, "objective": value})
-        return {name: tuple(found["parameters"].tolist()) for name, found in trained.items()}
-
-    def cross_play(self, held_out: range) -> pl.DataFrame:
-        """Play all flock policies against all predators; return J_mean in m by pair and seed."""
-        jobs = {
-            (name, other): split(play, flock, predator, flocks=held_out, size=CHUNK, seconds=EPISODE)
-            for name, flock in self.flocks.items()
-            for other, predator in self.predators.items()
-        }
-        return pl.concat(
-            pl.DataFrame({"flock_policy": name, "predator": other, "seed": held_out, **found})
-            for (name, other), found in self.runner.run(jobs, "Cross-play").items()
-        )
 
 
 def measure(runner: Runner, output: Path, rounds: int, num_flocks: int, budget: Budget = Budget()) -> None:
@@ -208,19 +189,30 @@ def measure(runner: Runner, output: Path, rounds: int, num_flocks: int, budget: 
     """
     flocks = {FIXED: Flock("fixed:12"), "stubborn leaders": Flock("stubborn-leaders")}
     flocks |= {name: Flock(file) for name, file in LEARNED.items()}
-    leads = _objective_by_lead(runner, flocks[FIXED])
+    tuning, held_out = first_seeds(TUNING, LEAD_FLOCKS), first_seeds(HELD_OUT, num_flocks)
+    tried = {lead: (flocks[FIXED], Predator("lead", lead)) for lead in LEADS}
+    leads = {lead: float(found.mean()) for lead, found in _play_all(runner, tried, tuning, "Lead").items()}
     lead = min(leads, key=lambda value: leads[value])
     predators = {kind: Predator(kind, lead if kind == "lead" else 0.0) for kind in UNTRAINED}
     race = _Race(runner, budget, lead, flocks, predators)
-    race.train_predators(dict.fromkeys(flocks, "lead"), FIRST_SEED)
+    race.train("predator", dict.fromkeys(flocks, "lead"), FIRST_SEED)
     newest = {track: track for track in TRACKS}
     for number in range(1, rounds + 1):
         starts = {f"{track}, round {number}": start for track, start in newest.items()}
-        race.train_flocks(starts, FIRST_SEED + 2 * number - 1)
-        race.train_predators(starts, FIRST_SEED + 2 * number)
+        race.train("flock", starts, FIRST_SEED + 2 * number - 1)
+        race.train("predator", starts, FIRST_SEED + 2 * number)
         newest = dict(zip(newest, starts, strict=True))
     (output / "policies").mkdir(parents=True, exist_ok=True)
-    write_table(race.cross_play(first_seeds(HELD_OUT, num_flocks)), output / "cross_play.parquet")
+    pairs = {
+        (name, other): (flock, predator)
+        for name, flock in race.flocks.items()
+        for other, predator in race.predators.items()
+    }
+    rows = (
+        {"flock_policy": name, "predator": other, "seed": held_out, "objective": values}
+        for (name, other), values in _play_all(runner, pairs, held_out, "Cross-play").items()
+    )
+    write_rows(output / "cross_play.parquet", rows)
     write_table(pl.DataFrame(race.trainings), output / "trainings.parquet")
     _write_policies(race, output / "policies")
     record = {
@@ -240,14 +232,14 @@ def measure(runner: Runner, output: Path, rounds: int, num_flocks: int, budget: 
     write_text(output / "arms_race.json", document(record))
 
 
-def _objective_by_lead(runner: Runner, flock: Flock) -> dict[float, float]:
-    """Return the mean J_mean in m of a flock policy on tuning flocks against lead pursuit, by lead."""
-    tuning = first_seeds(TUNING, LEAD_FLOCKS)
+def _play_all(
+    runner: Runner, pairs: Mapping[Key, tuple[Flock, Predator]], flocks: range, title: str
+) -> dict[Key, FloatArray]:
+    """Play flock policies against predators; return J_mean in m of every flock by pair."""
     jobs = {
-        lead: split(play, flock, Predator("lead", lead), flocks=tuning, size=CHUNK, seconds=EPISODE)
-        for lead in LEADS
+        key: split(play, *pair, flocks=flocks, size=CHUNK, seconds=EPISODE) for key, pair in pairs.items()
     }
-    return {lead: float(found["objective"].mean()) for lead, found in runner.run(jobs, "Lead").items()}
+    return {key: found["objective"] for key, found in runner.run(jobs, title).items()}
 
 
 def _write_policies(race: _Race, folder: Path) -> None:

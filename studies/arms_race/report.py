@@ -20,7 +20,7 @@ from studies.arms_race import race
 from studies.arms_race.opponents import WIDTHS
 from studies.arms_race.race import UNTRAINED
 from studies.measurements import sign, values_by
-from studies.study import Study, signed, template
+from studies.study import Study, template
 from studies.style import subplots
 
 _LABELS = {
@@ -141,14 +141,10 @@ def report(results: RaceResults) -> str:
     distinct = results.distinct()
     worst = {flock: results.cells[flock, results.worst(flock)] for flock in results.flocks}
     losses = {flock: results.loss(flock, "straight", results.worst(flock)) for flock in results.flocks}
-    return template("arms_race/templates/arms_race.md").render(
+    return template("arms_race/templates/arms_race.md", globals()).render(
         results=results,
-        race=race,
         hidden=WIDTHS[1],
         trainings=_training_rows(results.trainings),
-        label=label,
-        difference=signed,
-        grouped=grouped,
         worst=worst,
         losses=losses,
         distinct=distinct,

@@ -3,18 +3,16 @@
 from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 import polars as pl
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
-from flockesc_env import FlockScenario, Policy, rollout, simulate, tasks
-from flockesc_env.common.array_files import write_table
+from flockesc_env import FlockScenario, rollout, simulate, tasks
 from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.predators import reset_policy
-from flockesc_env.episodes.spaces import ObservationLayout
 from flockesc_env.episodes.splits import HELD_OUT
 from flockesc_env.jobs import Arrays
 from flockesc_env.models import Trajectory
@@ -22,10 +20,8 @@ from flockesc_env.policies import BasePolicy, PolicySpec, as_policy
 from flockesc_env.policies.setup import setup
 from flockesc_env.taskset import Task
 from studies.findings.headlines import Headline
-from studies.measurements import Runner, means, play_jobs, policy_of, share_of, split, values_by
+from studies.measurements import Runner, means, play_jobs, policy_of, share_of, split, values_by, write_rows
 from studies.scoreboard.board import best_fixed_range
-
-Observations = NDArray[np.float32]
 
 EXCHANGED_FILE: Final = "exchanged.parquet"
 BLOCKED_FILE: Final = "blocking.parquet"
@@ -37,45 +33,36 @@ BLOCKED: Final = (False, True)  # whether warnings are blocked
 EXCHANGED: Final = ("per-agent-visible", "per-agent-local")  # whose headline policies exchange velocities
 
 
-class Watching:
-    """A policy whose observations and ranges are recorded."""
+class Watched:
+    """A policy whose observations and ranges are recorded, an array of all rows per action."""
 
-    def __init__(self, policy: Policy) -> None:
-        self.policy = policy
-        self.seen: list[Observations] = []
+    def __init__(self, policy: BasePolicy) -> None:
+        self.policy, self.layout = policy, policy.policy_spec.layout
+        self.observations: list[NDArray[np.float32]] = []
         self.ranges: list[FloatArray] = []
 
     def reset(self, rows: NDArray[np.bool]) -> None:
         """Reset the policy."""
         reset_policy(self.policy, rows)
 
-    def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
+    def act(self, observations: NDArray[np.float32], spec: PolicySpec) -> NDArray[Any]:
         """Let the policy choose."""
         actions = self.policy.act(observations, spec)
-        self.seen.append(observations.copy())
+        self.observations.append(observations.copy())
         self.ranges.append(spec.actions.to_ranges(actions, len(observations)))
         return actions
 
-
-class Watched(NamedTuple):
-    """Observations of a policy, shape (actions, rows, entries), and ranges in m, shape (actions, rows)."""
-
-    layout: ObservationLayout
-    observations: Observations
-    ranges: FloatArray
-
     def entry(self, name: str) -> FloatArray:
         """Return an entry of the observations, shape (actions, rows)."""
-        return self.observations[..., self.layout.index(name)].astype(np.float64)
+        return np.array(self.observations)[..., self.layout.index(name)].astype(np.float64)
 
 
 def watch(policy: BasePolicy, flocks: range) -> Watched:
     """Run a policy on some flocks of the scenario that it was trained in."""
-    watching = Watching(policy)
-    known: Any = {"per_agent": policy.per_agent, "scenario": policy.scenario}
-    watched = as_policy(watching).with_options(**known, **vars(setup(policy).options))
-    rollout(watched, flocks, batch_size=len(flocks))
-    return Watched(policy.policy_spec.layout, np.array(watching.seen), np.array(watching.ranges))
+    watched = Watched(policy)
+    known: Any = {"per_agent": policy.per_agent, "scenario": policy.scenario, **vars(setup(policy).options)}
+    rollout(as_policy(watched).with_options(**known), flocks, batch_size=len(flocks))
+    return watched
 
 
 def exchange(policy: str | bytes, scenario: FlockScenario, flocks: range) -> Arrays:
@@ -121,8 +108,7 @@ def measure_exchanged(headlines: Sequence[Headline], scale: float, runner: Runne
         for name, policy in played.items()
     }
     found = runner.run(jobs, "Exchanged velocities").items()
-    tables = [pl.DataFrame({"policy": name, "seed": flocks, **values}) for name, values in found]
-    write_table(pl.concat(tables), output / EXCHANGED_FILE)
+    write_rows(output / EXCHANGED_FILE, ({"policy": name, "seed": flocks, **one} for name, one in found))
 
 
 def exchanged(output: Path) -> dict[str, tuple[Estimate, ...]]:
@@ -147,12 +133,11 @@ def measure_blocked(headlines: Sequence[Headline], scale: float, runner: Runner,
         fixed = f"fixed:{best_fixed_range(task):.12g}"
         jobs[name, blocked, "objective"] = play_jobs(policy, scenario, task.spec.name, flocks)
         jobs[name, blocked, "fixed"] = play_jobs(fixed, scenario, task.spec.name, flocks)
-    found = runner.run(jobs, "Warnings")
-    tables = []
+    found, rows = runner.run(jobs, "Warnings"), []
     for name, blocked in product(played, BLOCKED):
         values = {column: found[name, blocked, column]["objective"] for column in ("objective", "fixed")}
-        tables.append(pl.DataFrame({"policy": name, "blocked": blocked, "seed": flocks, **values}))
-    write_table(pl.concat(tables), output / BLOCKED_FILE)
+        rows.append({"policy": name, "blocked": blocked, "seed": flocks, **values})
+    write_rows(output / BLOCKED_FILE, rows)
 
 
 def estimates(output: Path) -> dict[str, dict[str, Estimate]]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -52,7 +52,7 @@ def listen(policy: bytes, flocks: range) -> Arrays:
     """
     entry = policy_of(policy)
     watched = watch(entry, flocks)
-    ranges, scenario = watched.ranges, entry.scenario
+    ranges, scenario = np.array(watched.ranges), entry.scenario
     assert isinstance(scenario, FlockScenario)  # noqa: S101, only flocks have agents that sense a predator
     is_sensed = watched.entry("predator_sensed") > 0
     scaled = watched.entry("predator_distance")[is_sensed]
@@ -85,21 +85,14 @@ def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output:
         write_npz(output / file, kept)
 
 
-class Silence(NamedTuple):
-    """Mean range in m of agents that head toward the predator, and the share of actions without listening."""
-
-    range_toward: float
-    silent: float
-
-
-def silence(file: Path) -> Silence:
-    """Return who listens, of agents that see the predator.
+def silence(file: Path) -> tuple[float, float]:
+    """Return the mean range in m of agents that head toward the predator, and the share of silent actions.
 
     Agents toward it head more than 120 degrees off the direction away from it, over the cells of the figure.
     """
     kept = read_npz(file, "ranges")
     toward = kept["range_by_place"][kept["cosines"][1:] <= -0.5 + 1e-9]
-    return Silence(float(np.nanmean(toward)), float(kept["silent"].mean()))
+    return float(np.nanmean(toward)), float(kept["silent"].mean())
 
 
 def ranges_figure(file: Path, *, by_place: bool) -> Figure:
@@ -139,21 +132,15 @@ def follow(policy: bytes) -> Arrays:
         (actions, candidates), NaN where the agent would hear nobody; ``chosen``, its ranges in m.
     """
     runs = {"blind": _run(policy_of(policy)), "informed": _run(load_policy("turn-away"), CANDIDATES[-1])}
-    agent = _median_agent(runs["blind"]["own"])
+    own = runs["blind"]["own"]
+    escapes, agents = own < _AHEAD, np.flatnonzero(own[0] > 120)
+    arrival = np.where(escapes.any(axis=0), escapes.argmax(axis=0), len(own))
+    agent = agents[np.argsort(arrival[agents], kind="stable")][len(agents) // 2]
     return {
         f"{name}_{part}": values if part == "times" else values[:, agent]
         for name, run in runs.items()
         for part, values in run.items()
     }
-
-
-def _median_agent(own: FloatArray) -> int:
-    """Return the agent of ``follow`` from all agents' angles in degrees, shape (actions, agents)."""
-    escapes = own < _AHEAD
-    arrival = np.where(escapes.any(axis=0), escapes.argmax(axis=0), len(own))
-    agents = np.flatnonzero(own[0] > 120)
-    by_arrival = agents[np.argsort(arrival[agents], kind="stable")]
-    return int(by_arrival[len(agents) // 2])
 
 
 def _run(policy: BasePolicy, max_range: float | None = None) -> dict[str, NDArray[Any]]:
@@ -165,15 +152,16 @@ def _run(policy: BasePolicy, max_range: float | None = None) -> dict[str, NDArra
     seeing: dict[str, Any] = {"max_range": longest, "profile_ranges": profile, "extra_entries": extra}
     scenario = FlockScenario()
     watched = watch(policy.with_options(scenario=scenario, **seeing), first_seeds(HELD_OUT, 1))
-    heard = np.full((*watched.ranges.shape, len(CANDIDATES)), np.nan)
+    ranges = np.array(watched.ranges)
+    heard = np.full((*ranges.shape, len(CANDIDATES)), np.nan)
     for k, rho in enumerate(profile):
         hears = (watched.entry(f"profile_{k}_neighbor_count") > 0) | (rho == 0)
         heard[..., k] = np.where(hears, _degrees(watched.entry(f"profile_{k}_escape_cosine")), np.nan)
     return {
-        "times": np.arange(len(watched.ranges)) * (known.steps_per_action * scenario.time_step),
+        "times": np.arange(len(ranges)) * (known.steps_per_action * scenario.time_step),
         "own": _degrees(watched.entry("escape_direction_ahead")),
         "heard": heard,
-        "chosen": watched.ranges,
+        "chosen": ranges,
     }
 
 

@@ -2,15 +2,15 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from itertools import product
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import polars as pl
 from scipy.optimize import brentq
 
 from flockesc_env import FlockScenario, InputError
-from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, mean
 from flockesc_env.episodes.splits import HELD_OUT, TUNING
 from flockesc_env.jobs import Job
@@ -19,7 +19,7 @@ from flockesc_env.policies.rollout import flock_batch
 from flockesc_env.policies.setup import setup
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, approach
 from studies.findings.headlines import Headline
-from studies.measurements import Runner, play_jobs, share_of, values_by
+from studies.measurements import Runner, play_jobs, share_of, values_by, write_rows
 from studies.robustness.plan import NEIGHBORS, attacked_presets, grid_of
 
 STARTS_FILE: Final = "starts.parquet"
@@ -40,7 +40,9 @@ def starts() -> dict[str, FlockScenario]:
     """Return other starts of the paper's flock: polarization, direction of attack, speed and density."""
     found = {"random headings": FlockScenario()}
     for polarization, (attack, direction) in product(POLARIZATIONS, ATTACKS.items()):
-        headings = AlignedHeadings(direction, max_angle(polarization))
+        # The mean of unit vectors that are uniform within the angle a of a direction has length sin(a) / a.
+        largest = brentq(lambda a, mean: math.sin(a) / a - mean, 1e-6, math.pi, args=(polarization,))
+        headings = AlignedHeadings(direction, float(largest))
         found[f"polarization {polarization:g}, {attack}"] = FlockScenario(initial_headings=headings)
     faster = ConstantVelocity(*approach(speed=20 * math.sqrt(2)))
     found["predator twice as fast"] = FlockScenario(predators=(faster,))
@@ -48,26 +50,9 @@ def starts() -> dict[str, FlockScenario]:
     return found
 
 
-def max_angle(polarization: float) -> float:
-    """Return the angle in rad within which headings are drawn.
-
-    The mean of unit vectors that are uniform within the angle a of a direction has the length sin(a) / a.
-    """
-    return float(brentq(lambda angle: math.sin(angle) / angle - polarization, 1e-6, math.pi))
-
-
 def scenarios() -> dict[str, FlockScenario]:
     """Return all presets of flocks with predators, and other sizes of the paper's flock."""
     return attacked_presets() | {f"n = {size:,}": FlockScenario(num_agents=size) for size in SIZES}
-
-
-def can_run(headline: Headline, scenario: FlockScenario) -> bool:
-    """Return whether a policy can run in a scenario: it can show all that the policy observes."""
-    try:
-        flock_batch(setup(headline.entry, scenario), num_flocks=1)
-    except InputError:
-        return False
-    return True
 
 
 def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output: Path) -> None:
@@ -81,8 +66,8 @@ def measure(headlines: Sequence[Headline], scale: float, runner: Runner, output:
         for one in headlines
         if one.task.scenario == FlockScenario() and one.task.spec.name == "min_mean_distance"
     ]
-    write_table(play(started, starts(), 2 * FLOCKS, scale, runner), output / STARTS_FILE)
-    write_table(play(headlines, scenarios(), FLOCKS, scale, runner), output / TRANSFER_FILE)
+    write_rows(output / STARTS_FILE, play(started, starts(), 2 * FLOCKS, scale, runner))
+    write_rows(output / TRANSFER_FILE, play(headlines, scenarios(), FLOCKS, scale, runner))
 
 
 def play(
@@ -91,53 +76,36 @@ def play(
     num_flocks: int,
     scale: float,
     runner: Runner,
-) -> pl.DataFrame:
+) -> list[dict[str, Any]]:
     """Play policies where they can run beside the best fixed range, which twice as many flocks choose.
 
     Agents that count neighbors have the grid of the robustness study. Slow scenarios have fewer flocks.
     """
     jobs: dict[tuple[str, str], list[Job]] = {}
-    plans = {name: _plan(scenario, num_flocks, scale) for name, scenario in tried.items()}
+    grids, held_out = {}, {}
     for name, scenario in tried.items():
-        plan = plans[name]
-        jobs["tuning", name] = seed_jobs(OUTCOMES, scenario, plan.grid, plan.tuning)
-        jobs["held out", name] = seed_jobs(OUTCOMES, scenario, plan.grid, plan.held_out)
+        counts_neighbors = grid_of(scenario) is NEIGHBORS
+        grids[name] = NEIGHBORS.actions if counts_neighbors else FlockScenario.search_ranges
+        slow = _SLOW_SHARE if counts_neighbors else 1.0
+        count = round(num_flocks * (_LARGE_SHARE if scenario.num_agents > SIZES[1] else slow))
+        held_out[name] = share_of(HELD_OUT, count, scale)
+        tuning = share_of(TUNING, 2 * count, scale)
+        for purpose, flocks in {"tuning": tuning, "held out": held_out[name]}.items():
+            jobs[purpose, name] = seed_jobs(OUTCOMES, scenario, grids[name], flocks)
         for one in headlines:
-            if can_run(one, scenario):
+            with suppress(InputError):  # the scenario cannot show all that the policy observes
+                flock_batch(setup(one.entry, scenario), num_flocks=1)
                 key = one.task.name, name
-                jobs[key] = play_jobs(one.content, scenario, one.task.spec.name, plan.held_out)
-    found, tables = runner.run(jobs, "Other scenarios"), []
+                jobs[key] = play_jobs(one.content, scenario, one.task.spec.name, held_out[name])
+    found, rows = runner.run(jobs, "Other scenarios"), []
     for one, name in product(headlines, tried):
         if (one.task.name, name) in found:
             objective = one.task.spec.name
             best = int(found["tuning", name][objective].mean(axis=1).argmax())
-            labels = {"task": one.task.name, "scenario": name, "interaction_range": plans[name].grid[best]}
+            labels = {"task": one.task.name, "scenario": name, "interaction_range": grids[name][best]}
             values = {**found[one.task.name, name], "fixed": found["held out", name][objective][best]}
-            tables.append(pl.DataFrame({**labels, "seed": plans[name].held_out, **values}))
-    return pl.concat(tables)
-
-
-class _Plan(NamedTuple):
-    """Fixed ranges that are tried in a scenario, flocks that choose one, and flocks that play."""
-
-    grid: tuple[float, ...]
-    tuning: range
-    held_out: range
-
-
-def _plan(scenario: FlockScenario, num_flocks: int, scale: float) -> _Plan:
-    counts_neighbors = grid_of(scenario) is NEIGHBORS
-    share = 1.0
-    if scenario.num_agents > SIZES[1]:
-        share = _LARGE_SHARE
-    elif counts_neighbors:
-        share = _SLOW_SHARE
-    count = round(num_flocks * share)
-    return _Plan(
-        grid=NEIGHBORS.actions if counts_neighbors else FlockScenario.search_ranges,
-        tuning=share_of(TUNING, 2 * count, scale),
-        held_out=share_of(HELD_OUT, count, scale),
-    )
+            rows.append({**labels, "seed": held_out[name], **values})
+    return rows
 
 
 class Gain(NamedTuple):

@@ -165,34 +165,24 @@ def report(results: Findings) -> str:
     lost = [key for key, gain in every.items() if outcome(gain.over_fixed) == "loss"]
     lost.sort(key=lambda key: (every[key].over_fixed.mean, key))
     rows, loaded = rows_of(results.entries), loads.loads(results.output)
-    return template("findings/templates/findings.md").render(
+    return template("findings/templates/findings.md", globals()).render(
         rows=rows,
         outcomes={kind: [row.task.name for row in rows if outcome(row.gain) == kind] for kind in OUTCOMES},
-        kinds=KINDS,
-        episodes_of=episodes_of,
-        tasks=tasks,
         results=results,
-        headlines=by_task,
-        tuning_flocks=headlines.TUNING_FLOCKS,
+        confidence=CONFIDENCE,
+        splits=splits,
+        by_task=by_task,
         starts=starts,
         every=every,
         lost=lost,
         longer=sum(every[task, name].best_fixed_range > by_task[task].max_range for task, name in lost),
         counts=_counts(transfer),
-        values=values,
         random_polarization=math.sqrt(math.pi / (4 * FlockScenario().num_agents)),
-        confidence=CONFIDENCE,
-        splits=splits,
         any_rate=json.loads(ANY_RATE.read_text("utf-8"))["per-agent-visible-derived"],
-        controls=controls,
-        listening=listening,
-        loads=loads,
         loaded=loaded,
         loaded_outcomes={
             k: [name for name, row in loaded.items() if outcome(row.over_rule) == k] for k in OUTCOMES
         },
-        losses=losses,
-        styles=styles,
     )
 
 

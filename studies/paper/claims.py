@@ -36,15 +36,6 @@ class Judgment:
     is_clear: bool
 
 
-def judge(is_so: Bools, *, in_expectation: bool, mean_is_clear: bool = True) -> Judgment:
-    """Return the judgment on a claim: whether it is true of every realization, and of their mean."""
-    found = stats.share(is_so)
-    if in_expectation:
-        verdict = Verdict.HOLDS if is_so.mean() >= MOST else Verdict.IN_EXPECTATION
-        return Judgment(verdict, found, mean_is_clear and not found.low < MOST <= found.high)
-    return Judgment(Verdict.SOMETIMES if is_so.any() else Verdict.FAILS, found, mean_is_clear)
-
-
 @dataclass(frozen=True)
 class Quantity:
     """A measured quantity; its unit is "m", "%" (then ``value`` is a share) or ""."""
@@ -139,7 +130,12 @@ def claim(
     defaults to the number of realizations.
     """
     quantities = tuple(share(each, is_so) if isinstance(each, str) else each for each in measured)
+    found = stats.share(is_so)
     if not isinstance(in_expectation, Expectation):
         in_expectation = Expectation(bool(is_so.all() if in_expectation is None else in_expectation))
-    judgment = judge(is_so, in_expectation=in_expectation.is_so, mean_is_clear=in_expectation.is_clear)
+    is_clear, verdict = in_expectation.is_clear, Verdict.SOMETIMES if is_so.any() else Verdict.FAILS
+    if in_expectation.is_so:
+        verdict = Verdict.HOLDS if is_so.mean() >= MOST else Verdict.IN_EXPECTATION
+        is_clear = is_clear and not found.low < MOST <= found.high
+    judgment = Judgment(verdict, found, is_clear)
     return Claim(where, says, quantities, trials or len(is_so), holds_if, judgment, is_reading)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import CONFIDENCE, FloatArray, mean_with_interval
-from flockesc_env.jobs import Arrays, Backend, Cache
+from flockesc_env.jobs import Arrays
 from flockesc_env.models.simulate import simulate_line
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.line import EscapeForce
@@ -144,7 +144,9 @@ def flock_seed(measured: Measured) -> int:
 
 
 _FLOCKS = ("curves", "grid flock")
-_CONTROLS = [name(plan.PAPER, force) for name in (plan.control, plan.captures) for force in plan.STRENGTHS]
+_CONTROLS = [
+    plan.control(plan.PAPER, force, kind) for kind in ("control", "captures") for force in plan.STRENGTHS
+]
 
 FIGURES: Final[dict[str, tuple[Iterable[str], Callable[[Measured], Figure]]]] = {
     "2": ((), lambda _: escape_forces()),
@@ -169,15 +171,11 @@ def draw_figures(output: Path, measured: Measured, names: Iterable[str] = FIGURE
     return [save_figure(FIGURES[name][1](measured), stem) for name, stem in stems.items()]
 
 
-def measure_and_draw(
-    output: Path, names: Iterable[str], trials: plan.Trials, backend: Backend, *, progress: bool = False
-) -> list[Path]:
-    """Write some figures after the measurements that they need, in the study's cache; return PNG files."""
+def measure_and_draw(runner: Runner, output: Path, names: Iterable[str], trials: plan.Trials) -> list[Path]:
+    """Write some figures after the measurements that they need; return the PNG files."""
     for name in names:
         if name not in FIGURES:
             raise InputError("figures", f"some of {', '.join(FIGURES)}", repr(name))
     known = plan.measurements(trials)
     needed = {need: known[need] for name in names for need in FIGURES[name][0]}
-    output.mkdir(parents=True, exist_ok=True)
-    measured = Runner(Cache(output / "cache"), backend, progress).run(needed, "Measuring")
-    return draw_figures(output, measured, names)
+    return draw_figures(output, runner.run(needed, "Measuring"), names)

@@ -9,11 +9,10 @@ from matplotlib.figure import Figure
 
 from flockesc_env import simulate
 from flockesc_env.common import stats
-from flockesc_env.common.stats import FloatArray
 from flockesc_env.jobs import Arrays
 from flockesc_env.models.graph import component_labels
 from flockesc_env.render.palette import LIGHT
-from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
+from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES
 from studies.measurements import means
 from studies.paper import plan
 from studies.paper.flock_claims import gain_of_100
@@ -57,9 +56,28 @@ def distances(objective: str, measured: Mapping[str, Arrays], seed: int) -> Figu
     values = measured["grid flock"][spec.name]
     best = stats.argmax(_GRID, values)
     figure, (over_time, over_range, histogram) = subplots(3.5, 1, 3)
-    _over_time(over_time, spec, measured["curves"][spec.series], seed)
-    _over_range(over_range, spec, values, seed)
-    _best_ranges(histogram, values, best)
+    times, ends = np.arange(FLOCK.num_steps + 1) * FLOCK.time_step, []
+    for flocks, (rho, color) in zip(measured["curves"][spec.series], _COLORS.items(), strict=True):
+        over_time.plot(times, flocks[seed], color=color, lw=1.5)
+        over_time.plot(times, flocks.mean(axis=0), color=color, ls=":", lw=1.2)
+        ends.append((float(flocks[seed][-1]), f"{rho:g} m", color))
+    over_time.set(xlabel="time (s)", ylabel=spec.with_unit(spec.label))
+    over_time.margins(x=0)
+    label_ends(over_time, ends)
+    center, low, high = stats.mean_with_interval(values, stats.CONFIDENCE)
+    over_range.fill_between(_GRID, low, high, color=BAND, lw=0)
+    over_range.plot(_GRID, values[:, seed], color=LIGHT.alone, lw=1)
+    over_range.plot(_GRID, center, color=LIGHT.fixed, lw=2)
+    over_range.set(ylabel=spec.with_unit(spec.symbol))
+    bins = np.arange(-2.5, 105, 5).tolist()
+    histogram.hist(_GRID[np.argmax(values, axis=0)], bins=bins, color=LIGHT.alone)
+    histogram.axvspan(best.low, best.high, color=LIGHT.fixed, alpha=0.25, lw=0)
+    histogram.axvline(best.mean, color=LIGHT.fixed, lw=2)
+    histogram.axvline(10, color=LIGHT.accent, ls="--", lw=1.5)
+    histogram.set(ylabel="flocks")
+    for axes in (over_range, histogram):
+        axes.margins(x=0)
+        axes.set_xlabel("interaction range (m)")
     letter(
         over_time, 0, f"distance over time\nsolid: flock {seed}\ndotted: mean of {values.shape[1]:,} flocks"
     )
@@ -67,39 +85,6 @@ def distances(objective: str, measured: Mapping[str, Arrays], seed: int) -> Figu
     expected = f"{best.mean:g} m [{best.low:g}, {best.high:g}]"
     letter(histogram, 2, f"best range of flocks\nsolid: mean, {expected}\ndashed: the paper's 10 m")
     return figure
-
-
-def _over_time(axes: Axes, spec: ObjectiveSpec, curves: FloatArray, seed: int) -> None:
-    """Draw a distance of a flock, and its mean over flocks; curves have the shape (ranges, flocks, times)."""
-    times = np.arange(FLOCK.num_steps + 1) * FLOCK.time_step
-    ends = []
-    for flocks, (rho, color) in zip(curves, _COLORS.items(), strict=True):
-        axes.plot(times, flocks[seed], color=color, lw=1.5)
-        axes.plot(times, flocks.mean(axis=0), color=color, ls=":", lw=1.2)
-        ends.append((float(flocks[seed][-1]), f"{rho:g} m", color))
-    axes.set(xlabel="time (s)", ylabel=spec.with_unit(spec.label))
-    axes.margins(x=0)
-    label_ends(axes, ends)
-
-
-def _over_range(axes: Axes, spec: ObjectiveSpec, values: FloatArray, seed: int) -> None:
-    """Draw the mean of an objective and that of one flock; values have the shape (ranges, flocks)."""
-    center, low, high = stats.mean_with_interval(values, stats.CONFIDENCE)
-    axes.fill_between(_GRID, low, high, color=BAND, lw=0)
-    axes.plot(_GRID, values[:, seed], color=LIGHT.alone, lw=1)
-    axes.plot(_GRID, center, color=LIGHT.fixed, lw=2)
-    axes.margins(x=0)
-    axes.set(xlabel="interaction range (m)", ylabel=spec.with_unit(spec.symbol))
-
-
-def _best_ranges(axes: Axes, values: FloatArray, best: stats.Estimate) -> None:
-    """Draw how many flocks have each best range, and the best range in expectation."""
-    axes.hist(_GRID[np.argmax(values, axis=0)], bins=np.arange(-2.5, 105, 5).tolist(), color=LIGHT.alone)
-    axes.axvspan(best.low, best.high, color=LIGHT.fixed, alpha=0.25, lw=0)
-    axes.axvline(best.mean, color=LIGHT.fixed, lw=2)
-    axes.axvline(10, color=LIGHT.accent, ls="--", lw=1.5)
-    axes.margins(x=0)
-    axes.set(xlabel="interaction range (m)", ylabel="flocks")
 
 
 def aimed_beside(measured: Mapping[str, Arrays]) -> Figure:
@@ -131,22 +116,18 @@ def by_force(results: Mapping[str, Arrays]) -> Figure:
     """Draw the three objectives against the range, one curve per escape force."""
     figure, panels = subplots(3.3, 1, len(FLOCK_OBJECTIVES))
     for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
-        rows = []
+        ends = []
         for strength, color in _FORCE_COLORS.items():
             values = (1 if spec.unit else 100) * flock_values(results, plan.PAPER, strength, spec)
-            rows.append((f"s = {strength:g}", values, color, "-" if strength == PAPER_FORCE else "--"))
-        _draw(axes, rows)
+            style = "-" if strength == PAPER_FORCE else "--"
+            curve(axes, plan.CONTROL_GRID, means(values), color, style, band=0.2, lw=1.6)
+            ends.append((float(values[-1].mean()), f"s = {strength:g}", color))
+        # The square root of the axis keeps short ranges apart.
+        axes.set_xscale("function", functions=(lambda x: np.sqrt(np.maximum(x, 0)), np.square))
+        axes.set_xticks(_TICKS, [str(tick) for tick in _TICKS])
+        axes.set(xlabel="interaction range (m)", xlim=(0, plan.CONTROL_GRID[-1]))
+        label_ends(axes, ends)
         letter(axes, index, f"{spec.symbol} ({spec.unit or '%'})")
     survival = f"Survival: agents within {plan.CAPTURE_RADIUS:g} m of the predator are caught"
     caption(figure, f"Escape force s (0: nobody flees; 10: the paper's). {survival}")
     return figure
-
-
-def _draw(axes: Axes, rows: list[tuple[str, FloatArray, str, str]], gap: float = 0.075) -> None:
-    """Draw named curves over the ranges; the square root of the axis keeps short ranges apart."""
-    for _, values, color, style in rows:
-        curve(axes, plan.CONTROL_GRID, means(values), color, style, band=0.2, lw=1.6)
-    axes.set_xscale("function", functions=(lambda x: np.sqrt(np.maximum(x, 0)), np.square))
-    axes.set_xticks(_TICKS, [str(tick) for tick in _TICKS])
-    axes.set(xlabel="interaction range (m)", xlim=(0, plan.CONTROL_GRID[-1]))
-    label_ends(axes, [(float(values[-1].mean()), name, color) for name, values, color, _ in rows], gap)

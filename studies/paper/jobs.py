@@ -1,22 +1,23 @@
 """The paper's own measurements: curves of flocks and consensus of lines."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from flockesc_env import FlockScenario, LineScenario, simulate, simulate_line
 from flockesc_env.jobs import Arrays
-from studies.measurements import by_name
+from studies.measurements import over
 
 
 def curves(scenario: FlockScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:
     """Return distances and components of flocks at every time 0..T, shape (ranges, seeds, T + 1)."""
-    return by_name([by_name([_curves_of(scenario, rho, seed) for seed in seeds]) for rho in ranges])
 
+    def measure(rho: float, seed: int) -> dict[str, Any]:
+        run = simulate(scenario, rho, seed=seed)
+        return {name: getattr(run, name) for name in ("mean_distance", "min_distance", "num_components")}
 
-def _curves_of(scenario: FlockScenario, rho: float, seed: int) -> dict[str, Any]:
-    run = simulate(scenario, rho, seed=seed)
-    return {name: getattr(run, name) for name in ("mean_distance", "min_distance", "num_components")}
+    return over(measure, ranges, seeds)
 
 
 def consensus(scenario: LineScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:
@@ -29,7 +30,7 @@ def consensus(scenario: LineScenario, ranges: tuple[float, ...], seeds: range) -
     - ``returns``: whether an agent is within the predator's range after the first step;
     - ``converged``.
     """
-    return by_name([by_name([_consensus_of(scenario, rho, seed) for seed in seeds]) for rho in ranges])
+    return over(partial(_consensus_of, scenario), ranges, seeds)
 
 
 def _consensus_of(scenario: LineScenario, rho: float, seed: int) -> dict[str, Any]:

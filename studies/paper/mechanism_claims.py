@@ -55,8 +55,8 @@ def flock_values(
     results: Mapping[str, Arrays], scenario: str, strength: float, spec: ObjectiveSpec
 ) -> FloatArray:
     """Return an objective of a scenario under an escape force, shape (ranges, flocks)."""
-    name = plan.captures if spec.requires == "capture_radius" else plan.control
-    values: FloatArray = results[name(scenario, strength)][spec.name]
+    kind = "captures" if spec.requires == "capture_radius" else "control"
+    values: FloatArray = results[plan.control(scenario, strength, kind)][spec.name]
     return values
 
 

@@ -75,14 +75,9 @@ def aimed(offset: float) -> FlockScenario:
     return FLOCK.replace(predators=(ConstantVelocity(*approach(offset)),))
 
 
-def control(scenario: str, strength: float) -> str:
-    """Return the name of the measurement of a scenario under an escape force."""
-    return f"control {scenario} {strength:g}"
-
-
-def captures(scenario: str, strength: float) -> str:
-    """Return the name of the same measurement with captures."""
-    return f"captures {scenario} {strength:g}"
+def control(scenario: str, strength: float, kind: str = "control") -> str:
+    """Return the name of the measurement of a scenario under an escape force, "captures": with captures."""
+    return f"{kind} {scenario} {strength:g}"
 
 
 def measurements(trials: Trials) -> dict[str, list[Job]]:
@@ -117,5 +112,5 @@ def measurements(trials: Trials) -> dict[str, list[Job]]:
             plan[control(name, strength)] = seed_jobs(OUTCOMES, flock, CONTROL_GRID, flocks)
             if name in SURVIVAL_SCENARIOS:
                 flock = flock.replace(**caught)
-                plan[captures(name, strength)] = seed_jobs(OUTCOMES, flock, CONTROL_GRID, flocks)
+                plan[control(name, strength, "captures")] = seed_jobs(OUTCOMES, flock, CONTROL_GRID, flocks)
     return plan

@@ -6,7 +6,6 @@ from importlib.metadata import version
 from pathlib import Path
 
 from flockesc_env.cli.output import note
-from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate
 from studies.measurements import Runner
 from studies.paper import plan
@@ -16,7 +15,7 @@ from studies.paper.flock_claims import RangeRow, by_range, flock_claims
 from studies.paper.line_claims import edge_claim, line_claims, theory_claims
 from studies.paper.mechanism_claims import SECTION, force_table, mechanism_claims
 from studies.paper.plan import Trials
-from studies.study import RESULTS_FILE, Results, Study, document, signed, template
+from studies.study import Results, Study, template
 
 _SECTIONS = {
     "III": "Theory of the line (Section III)",
@@ -57,11 +56,12 @@ class PaperResults(Results):
         return Estimate(scale * value.mean, scale * value.low, scale * value.high)
 
 
-def measure(runner: Runner, output: Path, trials: Trials) -> None:
-    """Measure all claims; write the results and the figures, which show more than the results hold."""
+def measure(runner: Runner, output: Path, trials: Trials) -> PaperResults:
+    """Measure all claims; write the figures, which show more than the results hold."""
     measured = runner.run(plan.measurements(trials), "Measuring")
     note("measured; statistics and figures take another two minutes")
-    results = PaperResults(
+    draw_figures(output, measured)
+    return PaperResults(
         trials=trials,
         line_seed=line_seed(measured),
         flock_seed=flock_seed(measured),
@@ -76,8 +76,6 @@ def measure(runner: Runner, output: Path, trials: Trials) -> None:
         tables={"force": force_table(measured)},
         versions={name: version(name) for name in ("flockesc-env", "numpy", "scipy")},
     )
-    draw_figures(output, measured)
-    write_text(output / RESULTS_FILE, document(results))
 
 
 def report(results: PaperResults) -> str:
@@ -88,19 +86,16 @@ def report(results: PaperResults) -> str:
         sections.setdefault(title, []).append((number, row))
     judged = [(row.judgment.verdict, row.is_reading) for row in results.claims]
     unclear = " (sample too small to tell)"
-    return template("paper/templates/paper.md").render(
+    return template("paper/templates/paper.md", globals()).render(
         results=results,
         sections=sections,
+        most=MOST,
         counts={each: [judged.count((each, reading)) for reading in (False, True)] for each in Verdict},
         mark=lambda judgment: judgment.verdict.value + ("" if judgment.is_clear else unclear),
-        figure_link=_figure_link,
-        most=MOST,
-        plan=plan,
-        signed=signed,
     )
 
 
-def _figure_link(where: str) -> str:
+def figure_link(where: str) -> str:
     """Link the figure that a place of the paper names: "V, Fig. 9a" to the picture of Figure 9."""
     if where == "VI":
         return "[VI](#edge)"

@@ -10,7 +10,6 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from flockesc_env.cli.output import note
-from flockesc_env.common.files import write_text
 from flockesc_env.common.stats import Estimate, FloatArray, argmax, mean
 from flockesc_env.jobs import Arrays
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
@@ -20,7 +19,7 @@ from flockesc_env.scenario.presets import PRESETS
 from studies.measurements import Runner, means
 from studies.paper.plan import PAPER_OBJECTIVES
 from studies.robustness.plan import QUESTIONS, Grid, attacked_presets, grid_of
-from studies.study import RESULTS_FILE, Results, Study, document, template
+from studies.study import Results, Study, template
 from studies.style import ROW, caption, draw_forest, subplots
 
 TIME_STEPS: Final = (0.1, 0.05, 0.025, 0.0125)  # s
@@ -141,8 +140,8 @@ class RobustnessResults(Results):
         return {question: presets for question, presets in rows.items() if presets}
 
 
-def measure(runner: Runner, output: Path, num_flocks: int, names: Sequence[str] | None) -> None:
-    """Run presets under every action on ``2 num_flocks`` seeds from 0 on, and write the results.
+def measure(runner: Runner, _: Path, num_flocks: int, names: Sequence[str] | None) -> RobustnessResults:
+    """Run presets under every action on ``2 num_flocks`` seeds from 0 on.
 
     ``names`` are those of presets or scenario files; None: all presets that are attacked.
     """
@@ -169,8 +168,7 @@ def measure(runner: Runner, output: Path, num_flocks: int, names: Sequence[str] 
     command = f"python -m studies robustness --num-flocks {num_flocks}{chosen}"
     curves = {step: measured[step]["min_mean_distance"] for step in shortened}
     gains = {step: means(curve[:1] - curve[1:]) for step, curve in curves.items()}
-    results = RobustnessResults(command, num_flocks, tuple(presets), gains, records.versions("scipy"))
-    write_text(output / RESULTS_FILE, document(results))
+    return RobustnessResults(command, num_flocks, tuple(presets), gains, records.versions("scipy"))
 
 
 def figure(results: RobustnessResults) -> Figure:
@@ -178,16 +176,13 @@ def figure(results: RobustnessResults) -> Figure:
     groups = results.by_question()
     num_rows = len(groups) + len(results.presets)
     figure, (left, right) = subplots(ROW * (num_rows + 4), 1, 2)
-    over_zero: dict[str, dict[str, Estimate]] = {question: {} for question in groups}
-    over_longest: dict[str, dict[str, Estimate]] = {question: {} for question in groups}
-    for question, presets in groups.items():
-        for row in presets:
+    for axes, field, end in ((left, "zero", "range 0"), (right, "longest", "the longest range")):
+        rows: dict[str, dict[str, Estimate]] = {question: {} for question in groups}
+        for row in results.presets:
             found = row.outcomes["J_mean"]
             name = f"{row.name} ({found.best.mean:g} {row.grid.unit})"
-            over_zero[question][name] = found.gain_over_zero
-            over_longest[question][name] = found.gain_over_longest
-    for axes, gains, end in ((left, over_zero, "range 0"), (right, over_longest, "the longest range")):
-        draw_forest(axes, gains)
+            rows[row.question][name] = getattr(found, f"gain_over_{field}")
+        draw_forest(axes, rows)
         axes.set_xlabel(f"gain over {end} (m)")
     right.set_yticklabels([])
     text = f"J_mean of the best fixed range, {results.num_flocks:,} flocks, 95 % intervals"

@@ -1,5 +1,6 @@
 """Flocks as jobs: attacks from every corner, what turns agents, and objectives of the paper's flock."""
 
+from functools import partial
 from itertools import product
 from typing import Any, Final, NamedTuple
 
@@ -10,7 +11,7 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.jobs import Arrays
 from flockesc_env.scenario.options import EnvOptions
-from studies.measurements import by_name
+from studies.measurements import by_name, over
 from studies.scaling.law import PAPER_SPEED, STEP, duration
 
 BEGIN, END = 1.0, 6.0  # times in s between which turns are measured and neighbors counted
@@ -91,8 +92,7 @@ def turns(scenario: FlockScenario, ranges: tuple[float, ...], seeds: range) -> A
     - ``outward met`` and ``inward met``: the number of others that these agents hear in this time, at one
       look or more, and did not hear at ``BEGIN``.
     """
-    sides = [rho * scenario.initial_side for rho in ranges]
-    return by_name([by_name([_turns_of(scenario, rho, seed) for seed in seeds]) for rho in sides])
+    return over(partial(_turns_of, scenario), (rho * scenario.initial_side for rho in ranges), seeds)
 
 
 def _turns_of(scenario: FlockScenario, rho: float, seed: int) -> dict[str, float]:

@@ -1,7 +1,6 @@
 """The study of scaling: its cells, the prediction that precedes most of them, figure and report."""
 
 import math
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -21,7 +20,7 @@ from studies.measurements import Runner, means, share_of, split
 from studies.robustness.survey import Choice, choose
 from studies.scaling.flocks import attacks, objectives, turns
 from studies.scaling.law import PAPER_SPEED, Ends, Law, duration, ends, fit, meetings
-from studies.study import RESULTS_FILE, Results, Study, document, template
+from studies.study import Results, Study, document, template
 from studies.style import caption, curve, letter, subplots
 
 RANGES: Final = (0.0, 0.01, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.2, 0.3, 0.5, 2.0)  # in L
@@ -172,8 +171,8 @@ def _gains(reached: FloatArray) -> tuple[Estimate, ...]:
     return means(reached - reached[0])
 
 
-def measure(runner: Runner, output: Path, scale: float) -> None:
-    """Fit and predict, then measure the other cells, the controls and the objectives; write the results."""
+def measure(runner: Runner, output: Path, scale: float) -> Scaling:
+    """Fit and predict, then measure the other cells, the controls and the objectives."""
     law, measured = predict(runner, output, scale)
     measured |= runner.run({name: one.jobs(scale) for name, one in CELLS.items()}, "Other cells")
     curves = []
@@ -203,7 +202,7 @@ def measure(runner: Runner, output: Path, scale: float) -> None:
     flocks = share_of(HELD_OUT, OBJECTIVE_FLOCKS, scale, least=4)
     played = split(objectives, FlockScenario(), OBJECTIVE_RANGES, flocks=flocks, size=10, seconds=0.2)
     values = runner.join(played, "Objectives")
-    results = Scaling(
+    return Scaling(
         law=law,
         curves=tuple(curves),
         controls={
@@ -212,7 +211,6 @@ def measure(runner: Runner, output: Path, scale: float) -> None:
         objectives={name: choose(OBJECTIVE_RANGES, rows) for name, rows in values.items()},
         versions=records.versions("scipy"),
     )
-    write_text(output / RESULTS_FILE, document(results))
 
 
 def figure(results: Scaling) -> Figure:
@@ -246,9 +244,7 @@ def figure(results: Scaling) -> Figure:
 
 def report(results: Scaling) -> str:
     """Return the report as Markdown."""
-    return template("scaling/templates/scaling.md").render(
-        results=results, survey=sys.modules[__name__], ends=ends
-    )
+    return template("scaling/templates/scaling.md", globals()).render(results=results)
 
 
 SCALING = Study(

@@ -87,24 +87,8 @@ def load_board(folder: Path = BOARD) -> list[Entrant]:
     return found
 
 
-def load_ablations(folder: Path = ABLATIONS) -> list[Result]:
-    """Read the results of learners that change one choice of ``ppo``."""
-    return [read_result(file) for file in sorted(folder.glob("*/*.json"))]
-
-
-@dataclass(frozen=True)
-class _Unscored:
-    """Policies of a rule or of the training seeds of a learner on a task, and how they were trained."""
-
-    learner: str
-    task: Task
-    policies: list[str]
-    training: Training | None = None
-
-    @property
-    def file(self) -> Path:
-        """The file of the result."""
-        return folder_of(self.learner, self.task) / f"{self.task.name}.json"
+_Unscored = tuple[str, Task, list[str], Training | None]
+"""A rule or learner, a task, the policies of its training seeds, and how they were trained."""
 
 
 def folder_of(learner: str, task: Task) -> Path:
@@ -116,15 +100,15 @@ def folder_of(learner: str, task: Task) -> Path:
 
 def write_scores(trained: Mapping[Key, Arrays]) -> None:
     """Score all rules and training runs that have no result yet, and write policies and results."""
-    for one in (*_rules(), *_trained(trained)):
+    for learner, task, policies, training in (*_rules(), *_trained(trained)):
+        file = folder_of(learner, task) / f"{task.name}.json"
         with suppress(InputError, FileNotFoundError):  # a result of an older task
-            if read_result(one.file).training == one.training:
+            if read_result(file).training == training:
                 continue
-        note(f"{one.file}: {len(one.policies)} policies")
-        one.file.parent.mkdir(parents=True, exist_ok=True)
-        policies = [LoadedPolicy.of(policy) for policy in one.policies]
-        result = score(policies, one.task, learner=one.learner, output=one.file, training=one.training)
-        write_result(result, one.file)
+        note(f"{file}: {len(policies)} policies")
+        file.parent.mkdir(parents=True, exist_ok=True)
+        loaded = [LoadedPolicy.of(policy) for policy in policies]
+        write_result(score(loaded, task, learner=learner, output=file, training=training), file)
 
 
 def ship(board: Sequence[Entrant]) -> None:
@@ -140,9 +124,9 @@ def _rules() -> Iterator[_Unscored]:
     """Yield random ranges and the rules that fit every task, and the best fixed range of one scenario."""
     for task in tasks.values():
         for rule in ("random", *rules_of(task)):
-            yield _Unscored(rule, task, [rule])
+            yield rule, task, [rule], None
         if len(task.scales) == 1:
-            yield _Unscored("fixed-range", task, [f"fixed:{best_fixed_range(task):g}"])
+            yield "fixed-range", task, [f"fixed:{best_fixed_range(task):g}"], None
 
 
 def _trained(trained: Mapping[Key, Arrays]) -> Iterator[_Unscored]:
@@ -151,9 +135,14 @@ def _trained(trained: Mapping[Key, Arrays]) -> Iterator[_Unscored]:
     for key, arrays in trained.items():
         runs_of.setdefault((key.learner, key.task), {})[key.seed] = arrays
     for (learner, name), runs in runs_of.items():
-        task = tasks[name]
+        task, files = tasks[name], []
         runs = _distinct(runs)
-        files = _write_policies(runs, folder_of(learner, task) / "policies", name)
+        folder = folder_of(learner, task) / "policies"
+        folder.mkdir(parents=True, exist_ok=True)
+        for seed, run in runs.items():
+            files.append(str(folder / f"{name}-{seed}.npz"))
+            with atomic_write(Path(files[-1])) as opened:
+                opened.write(run["policy"].tobytes())
         counts = ("samples", "episodes", "evaluations")
         training = Training(
             seeds=list(runs),
@@ -162,10 +151,10 @@ def _trained(trained: Mapping[Key, Arrays]) -> Iterator[_Unscored]:
             versions=dict(versions_of(learner)),
             hyperparameters=hyperparameters_of(learner, name),
         )
-        yield _Unscored(learner, task, files, training)
+        yield learner, task, files, training
         if name == "per-agent-visible" and learner in SHIPPED:
             for other in TRANSFERRED:
-                yield _Unscored(learner, tasks[other], files, training)
+                yield learner, tasks[other], files, training
 
 
 def _distinct(runs: Mapping[int, Arrays]) -> dict[int, Arrays]:
@@ -175,18 +164,6 @@ def _distinct(runs: Mapping[int, Arrays]) -> dict[int, Arrays]:
         policy: Any = parse_policy(run["policy"].tobytes(), Path(f"{seed}.npz"))
         distinct.setdefault(policy.parameters.tobytes(), seed)
     return {seed: runs[seed] for seed in distinct.values()}
-
-
-def _write_policies(runs: Mapping[int, Arrays], folder: Path, task: str) -> list[str]:
-    """Write the policy file of every run, and return their paths."""
-    folder.mkdir(parents=True, exist_ok=True)
-    files = []
-    for seed, run in runs.items():
-        file = folder / f"{task}-{seed}.npz"
-        with atomic_write(file) as opened:
-            opened.write(run["policy"].tobytes())
-        files.append(str(file))
-    return files
 
 
 def scores_of(result: Result) -> FloatArray:

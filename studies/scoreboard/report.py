@@ -10,7 +10,7 @@ import numpy as np
 
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.policies import load_policy
-from flockesc_env.taskset import Result, tasks
+from flockesc_env.taskset import Result, read_result, tasks
 from flockesc_env.taskset.statistics import difference
 from flockesc_env.taskset.task import FLOCKS, VERSION
 from studies.scoreboard import board, rewards
@@ -43,9 +43,14 @@ class Entry:
     @property
     def chosen(self) -> list[str]:
         """The rule that every training seed chose, with its numbers."""
-        folder = board.BOARD / self.result.learner
-        rules = [load_policy(folder / one.policy) for one in self.result.policies]
-        return [f"`{_text_of(rule)}`" for rule in rules]
+        texts = []
+        for one in self.result.policies:
+            rule: Any = load_policy(board.BOARD / self.result.learner / one.policy)
+            arguments = [f"{number:.3g}" for number in rule.parameters]
+            if hasattr(rule, "criterion"):
+                arguments.append(rule.criterion)
+            texts.append(f"`{type(rule).__name__}({', '.join(arguments)})`")
+        return texts
 
     @property
     def starts(self) -> int:
@@ -75,20 +80,9 @@ def entries_of(entrants: Sequence[Entrant]) -> dict[str, list[Entry]]:
     return entries
 
 
-def _text_of(rule: Any) -> str:
-    """Return a rule with its numbers as text."""
-    name, numbers = type(rule).__name__, ", ".join(f"{number:.3g}" for number in rule.parameters)
-    return f"{name}({numbers}, {rule.criterion})" if hasattr(rule, "criterion") else f"{name}({numbers})"
-
-
-def _best_learned(shown: Sequence[Entry]) -> Entry:
+def best_learned(shown: Sequence[Entry]) -> Entry:
+    """Return the entry with the highest score of those that were learned."""
     return next(entry for entry in shown if entry.is_learned)
-
-
-def _ablations() -> list[tuple[Result, Estimate]]:
-    """Return the results of learners that change one choice of ``ppo``, the highest score of a task first."""
-    found = [(result, score_of(result)) for result in board.load_ablations()]
-    return sorted(found, key=lambda one: (list(tasks).index(one[0].task), -one[1].mean))
 
 
 def report(entrants: Sequence[Entrant]) -> str:
@@ -96,26 +90,22 @@ def report(entrants: Sequence[Entrant]) -> str:
     entries = entries_of(entrants)
     every = [(name, entry) for name, shown in entries.items() for entry in shown if entry.is_learned]
     gains = json.loads(rewards.FILE.read_text())
-    text = template("scoreboard/templates/scoreboard.md").render(
-        tasks=tasks,
+    changed = [read_result(file) for file in sorted(board.ABLATIONS.glob("*/*.json"))]
+    ablations = [(result, score_of(result)) for result in changed]
+    text = template("scoreboard/templates/scoreboard.md", globals()).render(
         entries=entries,
-        ablations=_ablations(),
-        order=sorted(entries, key=lambda name: _best_learned(entries[name]).over_rule.mean),
-        best_learned=_best_learned,
+        ablations=sorted(ablations, key=lambda one: ([*tasks].index(one[0].task), -one[1].mean)),
+        order=sorted(entries, key=lambda name: best_learned(entries[name]).over_rule.mean),
         constants=json.loads(board.CONSTANTS.read_text()),
         below=[(name, entry) for name, entry in every if entry.score.high < 0],
-        board=entrants,
-        folder=board.BOARD,
+        entrants=entrants,
         version=VERSION,
         flocks=FLOCKS,
-        choosing=len(board.CHOOSING),
-        controlling=board.CONTROLLING,
         median=np.median,
         estimate=lambda triple: Estimate(*triple),
         compat=json.loads((RESULTS / "compat.json").read_text()),
         any_rate=json.loads(board.ANY_RATE.read_text()),
         gains=gains,
-        measured=len(rewards.FLOCKS),
         opposite=[name for name, rows in gains.items() if any(map(rewards.is_opposite, rows))],
     )
     return text.rstrip() + "\n"

@@ -199,7 +199,10 @@ def _game(measured: Mapping[tuple[str, float], Arrays], payoff: int) -> Game:
 
     mixed = measured["mix", payoff]
     best = argmax(np.array(RANGES), values("tuning", "group"))
-    replies = [_reply(resident, rows) for resident, rows in enumerate(values("tuning", "advantage"))]
+    replies = []
+    for resident, rows in enumerate(values("tuning", "advantage")):
+        invaders = [mutant for mutant, advantage in enumerate(means(rows)) if advantage.low > 0]
+        replies.append(max(invaders, key=lambda mutant: rows[mutant].mean(), default=resident))
     start = RANGES.index(best.mean)
     group = values("held_out", "group")
     return Game(
@@ -212,12 +215,6 @@ def _game(measured: Mapping[tuple[str, float], Arrays], payoff: int) -> Game:
         gain=mean(values("held_out", "gain")[start, replies[start]]),
         control=mean(values("held_out", "shuffled").mean(axis=(0, 1))),
     )
-
-
-def _reply(resident: int, advantages: FloatArray) -> int:
-    """Return the index of the reply to a range from the advantages, shape (mutants' ranges, flocks)."""
-    invaders = [mutant for mutant, advantage in enumerate(means(advantages)) if advantage.low > 0]
-    return max(invaders, key=lambda mutant: advantages[mutant].mean(), default=resident)
 
 
 def verdict(results: StableRange) -> Verdict:

@@ -13,7 +13,7 @@ from flockesc_env.common.files import write_text
 from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models import records
 from studies.measurements import Runner
-from studies.study import RESULTS_FILE, Results, Study, document, signed, template
+from studies.study import RESULTS_FILE, Results, Study, document, template
 from studies.validation import PARTS, part
 
 _SECONDS = "processor_seconds"
@@ -82,7 +82,7 @@ def report(results: ValidationResults) -> str:
     sections = []
     for name, measured in results.parts.items():
         module = part(name)
-        values = {"part": module, "results": measured.results, "picture": f"{name}.png", "signed": signed}
+        values = {"part": module, "results": measured.results, "picture": f"{name}.png"}
         section = template(f"validation/templates/{name}.md").make_module(values)
         sections.append((section, module.verdict(measured.results), measured))
     return template("validation/templates/validation.md").render(sections=sections)

@@ -7,7 +7,7 @@ twice: agents that no predator has reached hear those that one has reached, or t
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product, starmap
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -81,29 +81,23 @@ WORLDS: Final = tuple(
 PAPER: Final = World("random", "straight", SPEEDS[0], 30.0, 1.0, captures=False)
 
 
-class EndGains(NamedTuple):
-    """Gains of a range over both ends of ``RANGES``."""
-
-    over_shortest: Estimate
-    over_longest: Estimate
-
-
 @dataclass(frozen=True)
 class Warned:
     """An objective in a world: its best fixed range and what a warning is worth, on held-out flocks.
 
     Units are m, or the share of agents. ``best`` is chosen on tuning flocks that hear warnings. ``value`` is
     the objective under the best range minus that under the best range of flocks that hear none, which is
-    chosen on tuning flocks, too. ``hearing`` and ``blocked`` are gains of ``best`` with and without warnings.
-    ``removed`` is what blocking takes from the gain over the shortest range, minus half of it.
+    chosen on tuning flocks, too. ``hearing`` and ``blocked`` are gains of ``best`` over both ends of
+    ``RANGES``, with and without warnings. ``removed`` is what blocking takes from the gain over the shortest
+    range, minus half of it.
     """
 
     world: World
     objective: str
     best: float
     value: Estimate
-    hearing: EndGains
-    blocked: EndGains
+    hearing: tuple[Estimate, Estimate]
+    blocked: tuple[Estimate, Estimate]
     removed: Estimate
 
     @property
@@ -167,8 +161,8 @@ def _warned(world: World, objective: str, measured: Mapping[tuple[World, str], A
         objective=objective,
         best=RANGES[best],
         value=mean(hearing[best] - blocked[best_blocked]),
-        hearing=EndGains(mean(gain), mean(hearing[best] - hearing[-1])),
-        blocked=EndGains(mean(gain_blocked), mean(blocked[best] - blocked[-1])),
+        hearing=(mean(gain), mean(hearing[best] - hearing[-1])),
+        blocked=(mean(gain_blocked), mean(blocked[best] - blocked[-1])),
         removed=mean(gain / 2 - gain_blocked),
     )
 

@@ -64,7 +64,8 @@ def test_losses_replay_bit_for_bit(file: str, name: str, task: str) -> None:
 
 def test_the_best_fixed_range_is_that_of_tuning_flocks(tmp_path: Path) -> None:
     one, runner = HEADLINES["one-range"], Runner(Cache(tmp_path), find_backend("serial"))
-    table = losses.play([one], {"small": SCENARIO}, 6, 1.0, runner)
+    (row,) = losses.play([one], {"small": SCENARIO}, 6, 1.0, runner)
+    table = pl.DataFrame(row)
     tuned = fe.sweep(SCENARIO, SCENARIO.search_ranges, TUNING[:12]).min_mean_distance.mean(axis=1)
     assert set(table["interaction_range"]) == {SCENARIO.search_ranges[int(tuned.argmax())]}
     played = play(one.content, SCENARIO, one.task.spec.name, HELD_OUT[:6])["objective"]

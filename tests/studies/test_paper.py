@@ -14,10 +14,10 @@ from flockesc_env.cli.output import Exit
 from flockesc_env.jobs import Arrays
 from studies.__main__ import STUDIES
 from studies.paper import jobs, plan
-from studies.paper.claims import Verdict, judge
+from studies.paper.claims import Verdict, claim
 from studies.paper.line_claims import clusters
 from studies.paper.mechanism_claims import mechanism_claims
-from studies.paper.plan import CONTROL_GRID, LINE_GRID, NO_FORCE, STRENGTHS, Trials, captures, control
+from studies.paper.plan import CONTROL_GRID, LINE_GRID, NO_FORCE, STRENGTHS, Trials, control
 from studies.paper.report import PaperResults
 from studies.study import REPORT, RESULTS_FILE, document
 
@@ -39,7 +39,7 @@ COMMITTED = ROOT / "results" / "paper"
 )
 def test_verdicts_follow_one_rule(share: float, in_expectation: bool, expected: Verdict) -> None:
     is_so = np.arange(1000) < 1000 * share
-    judgment = judge(is_so, in_expectation=in_expectation)
+    judgment = claim("", "", "", is_so, in_expectation=in_expectation).judgment
     assert judgment.verdict is expected
     assert judgment.share.low <= share <= judgment.share.high
 
@@ -94,8 +94,8 @@ def test_the_paper_is_reproduced(cli: Cli, tmp_path: Path, monkeypatch: pytest.M
     assert {path.stem for path in output.glob("*.png")} == set(drawn)
     markdown = (output / REPORT).read_text("utf-8")
     assert "](figure_9.png)" in markdown
-    for claim in results.claims:
-        for text in (claim.holds_if, claim.judgment.verdict, *map(str, claim.measured)):
+    for row in results.claims:
+        for text in (row.holds_if, row.judgment.verdict, *map(str, row.measured)):
             assert text.replace("*", "\\*") in markdown
     jobs_before = sorted((output / "cache").iterdir())
     for name in drawn:
@@ -127,10 +127,10 @@ def verdicts(
         return dict.fromkeys(names, rows)
 
     found = {
-        name(scenario, strength): values(without if strength == NO_FORCE else fleeing, CONTROL_GRID)
+        control(scenario, strength, kind): values(without if strength == NO_FORCE else fleeing, CONTROL_GRID)
         for scenario in plan.SCENARIOS
         for strength in STRENGTHS
-        for name in (control, captures)
+        for kind in ("control", "captures")
     }
     for name in ("blocked", "blocked captures"):
         found[name] = values({0.0: fleeing.get(0.0, 0.0), 10.0: blocked}, plan.SHORT_RANGES)

@@ -16,7 +16,7 @@ from flockesc_env import PRESETS, FlockScenario, rollout, simulate, sweep
 from flockesc_env.cli.output import Exit
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.jobs import find_backend
+from flockesc_env.jobs import Cache, find_backend
 from flockesc_env.policies import Pursue
 from flockesc_env.scenario import ConstantVelocity
 from flockesc_env.scenario.presets import LITERATURE, OF_TASKS
@@ -26,6 +26,7 @@ from studies.arms_race.opponents import SIZE, Flock, NetworkPredator, Predator
 from studies.arms_race.race import FIXED, LEARNED, Budget, learner
 from studies.arms_race.report import ARMS_RACE, load_race
 from studies.findings.report import FINDINGS
+from studies.measurements import Runner
 from studies.paper.report import PAPER
 from studies.robustness.plan import attacked_presets
 from studies.robustness.survey import ROBUSTNESS, Finding, RobustnessResults, outcome
@@ -245,8 +246,8 @@ def test_a_generation_of_predators_plays_as_each_does_alone(
 @pytest.mark.usefixtures("small")
 def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None:
     options: dict[str, Any] = {"rounds": 1, "num_flocks": 4, "budget": BUDGET}
-    output = tmp_path / "race"
-    results = ARMS_RACE.run(output, find_backend("serial"), **options)
+    output, runner = tmp_path / "race", Runner(Cache(tmp_path / "cache"), find_backend("serial"))
+    results = ARMS_RACE.run(runner, output, **options)
     flocks = list(range(2_000_000, 2_000_004))
     for _, rows in pl.read_parquet(output / "cross_play.parquet").group_by("flock_policy", "predator"):
         assert rows["seed"].to_list() == flocks
@@ -262,7 +263,7 @@ def test_the_race_is_paired_and_a_second_call_repeats_it(tmp_path: Path) -> None
 
     files = [*output.glob("*.*"), *output.glob("policies/*")]
     before = {file: file.read_bytes() for file in files}
-    ARMS_RACE.run(output, find_backend("serial"), **options)
+    ARMS_RACE.run(runner, output, **options)
     assert {file: file.read_bytes() for file in files} == before
 
 
