@@ -223,12 +223,12 @@ def _outcome(
 
 
 def _table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: str) -> list[str]:
-    best = document["best_range"]
+    best, digits = document["best_range"], objective.digits
     rows = [
         [
             ("* " if row["interaction_range"] == best else "") + f"{row['interaction_range']:.4g}",
-            f"{row['mean']:.4f}",
-            "-" if np.isnan(row["low"]) else f"[{row['low']:.4f}, {row['high']:.4f}]",
+            f"{row['mean']:.{digits}f}",
+            "-" if np.isnan(row["low"]) else f"[{row['low']:.{digits}f}, {row['high']:.{digits}f}]",
             f"{row['num_components']:.2f}",
         ]
         for row in document["ranges"]
@@ -239,7 +239,7 @@ def _table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: str) 
         found = f"* best fixed range: {best:.4g} {range_unit}".rstrip()
         if ends := document["best_range_interval"]:
             found += f" [{ends[0]:.4g}, {ends[1]:.4g}]"
-        oracle = f"{document['hindsight_oracle']:.4f} {objective.unit}".rstrip()
+        oracle = f"{document['hindsight_oracle']:.{digits}f} {objective.unit}".rstrip()
         lines.append(f"{found}; objective with the best range of every seed: {oracle}")
     return lines
 
