@@ -14,7 +14,7 @@ from flockesc_env import FlockScenario, InputError, load_policy, save_run, simul
 from flockesc_env.common.files import check_writable, write_text
 from flockesc_env.models.records import versions
 from flockesc_env.policies import BasePolicy
-from flockesc_env.policies.compare import Comparison
+from flockesc_env.policies.comparison import Comparison
 from flockesc_env.taskset import Task
 from training import plots
 from training.figure_style import save_figure

@@ -8,8 +8,8 @@ import json
 import os
 import shutil
 import sys
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
@@ -83,11 +83,14 @@ def show_json(document: Mapping[str, Any]) -> None:
     show(*json.dumps(finite, indent=2).split("\n"))
 
 
-@contextmanager
-def saving(result: Mapping[str, Any] | Sequence[str]) -> Iterator[None]:
-    """Show a result, a JSON document or lines, after a block that saves it, even if the block fails."""
+def conclude(
+    result: Mapping[str, Any] | Sequence[str], output: Path | None, save: Callable[[Path], object]
+) -> None:
+    """Save a result, if there is an output, and show it, a JSON document or lines, even if saving fails."""
     try:
-        yield
+        if output is not None:
+            save(output)
+            note(f"saved: {output}")
     finally:
         if isinstance(result, Mapping):
             show_json(result)

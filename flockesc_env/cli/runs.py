@@ -2,6 +2,7 @@
 
 import tempfile
 import webbrowser
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -19,7 +20,7 @@ from flockesc_env.cli.flags import (
     several,
     switch,
 )
-from flockesc_env.cli.output import Exit, check_output, note, saving, show, show_json
+from flockesc_env.cli.output import Exit, check_output, conclude, note, show, show_json
 from flockesc_env.common.checks import as_seed
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
@@ -105,10 +106,7 @@ def simulate(
     for entry, value in outcome.items():
         shown = f"{value:.3f}" if isinstance(value, float) else str(value)
         lines.append(f"  {entry:<18} {shown:>8}  {_MEANINGS[entry]}")
-    with saving(document if json else lines):
-        if output is not None:
-            records.save_run(trajectory, output, name=policy)
-            note(f"saved: {output}; to check it, run flockesc replay {output}")
+    conclude(document if json else lines, output, partial(records.save_run, trajectory, name=policy))
     return Exit.DONE
 
 

@@ -1,7 +1,7 @@
 """The commands sweep and scan: a search over fixed ranges, and measures against numbers of a scenario."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
@@ -11,7 +11,7 @@ import numpy as np
 from tyro.conf import UseAppendAction, arg
 
 from flockesc_env.cli.flags import BACKEND, Json, Progress, ScenarioFlags, Seeds, Threads, described, optional
-from flockesc_env.cli.output import Exit, check_output, note, saving, table
+from flockesc_env.cli.output import Exit, check_output, conclude, note, table
 from flockesc_env.common.array_files import PICTURES, TABLES, origin, write_result
 from flockesc_env.common.checks import (
     FloatArray,
@@ -144,16 +144,18 @@ def run(
         "interrupted": is_interrupted,
         "objective": objective_,
         **_outcome(result, objective_, means, best),
-        "output": None if output is None else str(output),
+        "output": output and str(output),
         "versions": records.versions(),
     }
-    unit = chosen.range_unit
-    with saving(document if json else _table(document, spec, unit)):
-        if output is not None:
-            found = result.plot(objective_) if is_picture else result.table()
-            write_result(output, found, origin(chosen.to_json(), result.seeds))
-            note(f"saved: {output}")
+    lines = _table(document, spec, chosen.range_unit)
+    conclude(document if json else lines, output, partial(_save, result, partial(result.plot, objective_)))
     return Exit.INTERRUPTED if is_interrupted else Exit.DONE
+
+
+def _save(result: Any, plot: Callable[[], Any], path: Path) -> None:
+    """Write the table or the figure of a sweep or scan, which ``plot`` draws."""
+    found = plot() if suffix_of(path) in PICTURES else result.table()
+    write_result(path, found, origin(result.scenario.to_json(), result.seeds))
 
 
 def _ranges(
@@ -223,12 +225,12 @@ def _outcome(
 
 
 def _table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: str) -> list[str]:
-    best = document["best_range"]
+    best, digits = document["best_range"], objective.digits
     rows = [
         [
             ("* " if row["interaction_range"] == best else "") + f"{row['interaction_range']:.4g}",
-            f"{row['mean']:.4f}",
-            "-" if np.isnan(row["low"]) else f"[{row['low']:.4f}, {row['high']:.4f}]",
+            f"{row['mean']:.{digits}f}",
+            "-" if np.isnan(row["low"]) else f"[{row['low']:.{digits}f}, {row['high']:.{digits}f}]",
             f"{row['num_components']:.2f}",
         ]
         for row in document["ranges"]
@@ -239,7 +241,7 @@ def _table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: str) 
         found = f"* best fixed range: {best:.4g} {range_unit}".rstrip()
         if ends := document["best_range_interval"]:
             found += f" [{ends[0]:.4g}, {ends[1]:.4g}]"
-        oracle = f"{document['hindsight_oracle']:.4f} {objective.unit}".rstrip()
+        oracle = f"{document['hindsight_oracle']:.{digits}f} {objective.unit}".rstrip()
         lines.append(f"{found}; objective with the best range of every seed: {oracle}")
     return lines
 
@@ -300,14 +302,10 @@ def scan(
         "seeds": {"start": seeds.start, "stop": seeds.stop},
         **options,
         "measured": measured,
-        "output": None if output is None else str(output),
+        "output": output and str(output),
         "versions": records.versions(),
     }
-    with saving(document if json else lines):
-        if output is not None:
-            found = result.plot() if suffix_of(output) in PICTURES else result.table()
-            write_result(output, found, origin(chosen.to_json(), result.seeds))
-            note(f"saved: {output}")
+    conclude(document if json else lines, output, partial(_save, result, result.plot))
     return Exit.DONE
 
 

@@ -4,6 +4,7 @@ import secrets
 import tomllib
 from collections.abc import Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,7 +21,7 @@ from flockesc_env.cli.flags import (
     scenario_named,
     several,
 )
-from flockesc_env.cli.output import Exit, check_folder, check_output, note, saving, show, show_json, table
+from flockesc_env.cli.output import Exit, check_folder, check_output, conclude, note, show, show_json, table
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
 from flockesc_env.policies.base import Side
@@ -156,10 +157,7 @@ def compare(
         "seeds": [*found.seeds],
         "policies": {name: asdict(row) for name, row in found.rows.items()},
     }
-    with saving(document if json else str(found).split("\n")):
-        if output is not None:
-            found.write(output)
-            note(f"saved: {output}")
+    conclude(document if json else str(found).split("\n"), output, found.write)
     return Exit.DONE
 
 
@@ -211,10 +209,8 @@ def score(
         num_flocks=flocks,
     )
     document = {"command": "score", **msgspec.to_builtins(result), "scores": result.scores().tolist()}
-    with saving(document if json else _lines(result, FLOCKS[: result.flocks[1]])):
-        if output is not None:
-            write_result(result, output)
-            note(f"saved: {output}")
+    lines = _lines(result, FLOCKS[: result.flocks[1]])
+    conclude(document if json else lines, output, partial(write_result, result))
     return Exit.DONE
 
 

@@ -19,23 +19,21 @@ def reporting(progress: Progress | bool | None, title: str, total: int) -> Itera
         yield as_callback(None if progress is False else progress)
 
 
-def is_hidden(*, always: bool) -> bool | None:
-    """Return ``disable`` of tqdm: None hides a bar without a terminal, and ``always`` shows it even then."""
-    return True if sys.stderr is None else False if always else None
-
-
 @contextmanager
-def progress_bar(title: str, total: int, *, always: bool = False) -> Iterator[Callable[..., None]]:
+def progress_bar(
+    title: str, total: float, *, always: bool = False, form: str | None = None
+) -> Iterator[Callable[..., None]]:
     """Show a progress bar; yield a callback for the argument ``progress`` of ``sweep`` and ``rollout``.
 
-    It also takes a note, which the bar ends with.
+    It also takes a note, which the bar ends with. Without a terminal, only ``always`` shows the bar. ``form``
+    is tqdm's ``bar_format``.
     """
     from tqdm import tqdm  # slow to import
 
-    hidden = IN_JOB.get() or is_hidden(always=always)
-    with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden) as bar:
+    hidden = IN_JOB.get() or not total or sys.stderr is None or (False if always else None)
+    with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden, bar_format=form) as bar:
 
-        def report(done: int, _: int, note: str = "") -> None:
+        def report(done: float, _: float, note: str = "") -> None:
             bar.set_postfix_str(note, refresh=False)
             bar.update(done - bar.n)
 

@@ -1,7 +1,6 @@
 """Run jobs by a back end, with one progress bar."""
 
 import re
-import sys
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from functools import partial
@@ -9,13 +8,11 @@ from multiprocessing import current_process
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
 from flockesc_env.common.checks import as_flag, as_floats, as_instance, as_path, as_text
 from flockesc_env.common.errors import InputError, JobError, shown
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import check_writable
-from flockesc_env.common.progress import is_hidden
+from flockesc_env.common.progress import progress_bar
 from flockesc_env.jobs.job import Arrays, Cache, Job, Outcome, Outcomes, import_name
 from flockesc_env.jobs.processes import processes
 
@@ -77,19 +74,17 @@ def run(
     if queue:
         check_writable(cache.folder / ".part")
     failures = list[Outcome]()
-    finished, total = 0, sum(job.seconds for job in queue)
-    hidden = not queue or is_hidden(always=progress)
+    finished, ended, total = 0, 0.0, sum(job.seconds for job in queue)
     form = "{desc}: {percentage:3.0f}% {bar}{postfix} [{elapsed}, {remaining} left]"
-    with tqdm(total=total, desc=title, file=sys.stderr, disable=hidden, bar_format=form) as bar:
-        bar.set_postfix_str(f"{len(queue)} jobs")
+    with progress_bar(title, total, always=progress, form=form) as report:
         try:
             with closing(backend(queue, cache)) as outcomes:
                 for outcome in outcomes:
                     failures += [outcome] if outcome.error is not None else []
                     finished += outcome.error is None
+                    ended += outcome.job.seconds
                     counts = f"{finished} finished, {outcome.running} running, {len(failures)} failed"
-                    bar.set_postfix_str(counts, refresh=False)
-                    bar.update(outcome.job.seconds)
+                    report(ended, total, counts)
         except KeyboardInterrupt:
             # Ctrl-C may come between a result and its count.
             finished = sum(job in cache for job in queue)

@@ -206,29 +206,22 @@ class BasePolicy(ABC):
         except (AttributeError, TypeError):
             raise InputError("env", "an environment of this package", shown(env)) from None
         _check_wrappers(env, spec)
-        rows_per_flock, time = 1, spec.layout.index("time")
+        rows_per_flock = 1
         if isinstance(spec, PolicySpec):  # not that of a predator
             self.check(spec.options, per_agent=spec.per_agent)
             rows_per_flock = spec.rows
 
-        def act_on_rows(observations: Observations) -> NDArray[Any]:
-            if len(observations) % rows_per_flock:
-                raise InputError("observations", f"{rows_per_flock} rows per flock", len(observations))
-            has_begun = (observations[:, time] == 0).reshape(-1, rows_per_flock).all(axis=1)
-            if has_begun.any():
-                reset_policy(self, np.repeat(has_begun, rows_per_flock))
-            return self.act(observations, spec)
-
         def act(observations: Any) -> Any:
             if not isinstance(observations, dict):
-                actions = act_on_rows(np.atleast_2d(observations))
+                actions = self._act_on_rows(np.atleast_2d(observations), spec, rows_per_flock)
                 return actions[0] if observations.ndim == 1 else actions
             for agent in inner.agents:
                 if agent not in observations:
                     raise InputError("observations", f"one of {agent!r}", "none")
             flock = inner.possible_agents[: spec.rows]
             caught = np.zeros(len(spec.layout.names), np.float32)
-            actions = act_on_rows(np.stack([observations.get(agent, caught) for agent in flock]))
+            rows = np.stack([observations.get(agent, caught) for agent in flock])
+            actions = self._act_on_rows(rows, spec, rows_per_flock)
             straight_on = np.zeros(inner.predator_policy_spec.dimension, np.float32)
             named = dict(zip(flock, actions, strict=True))
             return {agent: named.get(agent, straight_on) for agent in inner.agents}
@@ -257,11 +250,18 @@ class BasePolicy(ABC):
         rows = np.atleast_2d(np.asarray(observation, np.float32))
         if rows.ndim != 2 or rows.shape[1] != len(spec.layout.names):
             raise InputError("observation", f"{len(spec.layout.names)} entries", f"shape {rows.shape}")
-        begins = rows[:, spec.layout.index("time")] == 0
-        if begins.any():
-            reset_policy(self, begins)
-        actions = self.act(rows, spec)
+        actions = self._act_on_rows(rows, spec, 1)
         return (actions[0] if np.ndim(observation) == 1 else actions), state
+
+    def _act_on_rows(self, rows: Observations, spec: Any, rows_per_flock: int) -> NDArray[Any]:
+        """Return the actions, after a reset of the flocks in which the time of all rows is 0."""
+        if len(rows) % rows_per_flock:
+            raise InputError("observations", f"{rows_per_flock} rows per flock", len(rows))
+        times = rows[:, spec.layout.index("time")].reshape(-1, rows_per_flock)
+        has_begun = (times == 0).all(axis=1)
+        if has_begun.any():
+            reset_policy(self, np.repeat(has_begun, rows_per_flock))
+        return self.act(rows, spec)
 
     def check(self, options: EnvOptions | LineOptions, *, per_agent: bool) -> None:
         """Raise ``InputError`` unless an environment has the view and the options of this policy."""

@@ -106,7 +106,13 @@ def simulate(
             raise InputError("interaction_range", "ranges in m (policy=.. takes a policy)", given)
         model, ranges = FlockScenario() if scenario is None else as_model(scenario), interaction_range
         if isinstance(model, FlockScenario):
-            _check_fixed(ranges, model, steering)
+            for name, value in steering.items():
+                raise InputError(name, "a policy beside it", shown(value))
+            if (array := as_array(ranges, "interaction_range")).ndim > 1:
+                expected = (
+                    f"a scalar or shape ({model.num_agents},) (policy=ScheduledRange(..): one per step)"
+                )
+                raise InputError("interaction_range", expected, f"shape {array.shape}")
     else:
         entry = setup(policy, scenario, num_threads=num_threads, **steering)
         model, ranges = entry.scenario, _fixed_ranges(entry)
@@ -117,15 +123,6 @@ def simulate(
         as_count(every, "every", most=1)
         return simulate_line(model, ranges, seed=seed)
     return run_flock(model, ranges, seed=seed, num_threads=num_threads, **start, **recording)
-
-
-def _check_fixed(ranges: Any, scenario: FlockScenario, steering: Mapping[str, Any]) -> None:
-    """Check fixed ranges of a flock, beside which nothing that steers a policy can be given."""
-    for name, value in steering.items():
-        raise InputError(name, "a policy beside it", shown(value))
-    if (array := as_array(ranges, "interaction_range")).ndim > 1:
-        expected = f"a scalar or shape ({scenario.num_agents},) (policy=ScheduledRange(..): one per step)"
-        raise InputError("interaction_range", expected, f"shape {array.shape}")
 
 
 def _fixed_ranges(entry: Setup) -> Any:

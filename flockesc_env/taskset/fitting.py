@@ -55,15 +55,13 @@ def fitted(policy: Any, shown: PolicySpec, scenarios: Sequence[Scenario], env: A
         return entry
     player.check_known()
     if player.options is None or isinstance(player, rules.FixedRange | rules.RandomRange):
-        if isinstance(player, rules.FixedRange):
-            del task["max_range"]
-        return setup(player, shown.scenario, per_agent=shown.per_agent, **task)
-    entry = setup(player, shown.scenario, per_agent=shown.per_agent)
-    taken = {"objective"} - player.options.keys()
-    if isinstance(player, rules.RangeRule) and player.scenario is None:
-        taken |= {"max_range", "steps_per_action"}
-    own = {name: value for name, value in vars(entry.options).items() if name not in taken}
-    _check(own, task, is_alone)
+        taken = task.keys() - ({"max_range"} if isinstance(player, rules.FixedRange) else set())
+    else:
+        taken = {"objective"} - player.options.keys()
+        if isinstance(player, rules.RangeRule) and player.scenario is None:
+            taken |= {"max_range", "steps_per_action"}
+        own = vars(setup(player, shown.scenario, per_agent=shown.per_agent).options)
+        _check({name: value for name, value in own.items() if name not in taken}, task, is_alone)
     given = {name: task[name] for name in taken & task.keys()}
     return setup(player, shown.scenario, per_agent=shown.per_agent, **given)
 

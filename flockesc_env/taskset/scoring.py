@@ -24,8 +24,6 @@ from flockesc_env.taskset.task import FLOCKS, VERSION, Task, tasks
 _SHOWN: Final = 3
 """Flocks that the error about a difference names."""
 
-Report = Callable[[str], None]
-
 
 class LoadedPolicy(NamedTuple):
     """A policy with the text that names it, and the checksum of the bytes that it was loaded from.
@@ -71,7 +69,7 @@ def score(
     learner: str,
     output: Path | None = None,
     training: results.Training | None = None,
-    report: Report = lambda _: None,
+    report: Callable[[str], None] = lambda _: None,
     num_flocks: int | None = None,
 ) -> results.Result:
     """Play the policies of a learner or rule, one per training seed, on the held-out flocks of a task.
@@ -130,15 +128,12 @@ def draw_flocks(count: int, seed: int) -> list[int]:
     return sorted(chosen.tolist())
 
 
-def verify(
-    path: Path, *, flocks: Sequence[int] | None = None, report: Report = lambda _: None
-) -> results.Result:
+def verify(path: Path, *, flocks: Sequence[int] | None = None) -> results.Result:
     """Play a result again and compare every objective, bit for bit; return the result.
 
     Args:
         path: path of the result. Policy files lie relative to it.
         flocks: seeds of the flocks to play, for example those of ``draw_flocks``; None: all.
-        report: called with the name of every policy before it plays.
 
     Raises:
         InputError: if ``flocks`` is empty or has other seeds than the held-out flocks; if the result is not
@@ -156,7 +151,6 @@ def verify(
         with errors_at(f"{path}: policies[{index}]: "):
             found.append(task.setup(_find(policy, path.parent)))
     for index, (policy, entry) in enumerate(zip(result.policies, found, strict=True)):
-        report(policy.policy)
         for name, recorded in policy.objectives.items():
             if isinstance(entry.policy, RandomRange):  # its numbers depend on all flocks before
                 played = objective_of(entry, task, name, FLOCKS)[drawn]

@@ -32,7 +32,7 @@ if TYPE_CHECKING:  # slow to import, so that methods import them
     from flockesc_env.envs.line import LineEscapeEnv
     from flockesc_env.envs.pettingzoo import FlockParallelEnv
     from flockesc_env.policies.base import BasePolicy
-    from flockesc_env.policies.compare import Comparison
+    from flockesc_env.policies.comparison import Comparison
     from flockesc_env.policies.setup import Setup
     from flockesc_env.sb3 import FlockEvalCallback
 

@@ -16,7 +16,7 @@ import flockesc_env as fe
 from flockesc_env.cli import main
 from flockesc_env.episodes import splits
 from flockesc_env.policies import FixedRange, SB3Policy, load_policy
-from flockesc_env.policies.compare import ORACLE
+from flockesc_env.policies.comparison import ORACLE
 from flockesc_env.sb3 import RangePolicy
 from flockesc_env.taskset import tasks
 from training.__main__ import TRAINING
