@@ -349,11 +349,7 @@ class ManyFlocks(FlockEnvironment):
         return None if images is None else tuple(images)
 
     def get_state(self, flocks: Any = None) -> bytes:
-        """Return a snapshot of some flocks, or all (``None``); see ``FlockEscapeEnv.get_state``.
-
-        Raises:
-            InputError: if an index of ``flocks`` is out of bounds.
-        """
+        """Return a snapshot of some flocks, or all (``None``); see ``FlockEscapeEnv.get_state``."""
         return self._batch.get_state(flocks)
 
     @survives_interrupts
@@ -366,7 +362,7 @@ class ManyFlocks(FlockEnvironment):
             flocks: index of one flock, or indices of several; ``None``: all.
 
         Raises:
-            InputError: as ``FlockEscapeEnv.set_state``, or if an index is out of bounds.
+            InputError: as ``FlockEscapeEnv.set_state``.
             ResetNeededError: if called before ``reset`` and ``flocks`` leaves some out.
         """
         return self._restore(state, flocks)

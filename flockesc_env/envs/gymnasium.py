@@ -33,9 +33,6 @@ class GymnasiumEnv(Registered, OneFlock[Observations], gymnasium.Env[Observation
                 ``predator_positions``, ``predator_velocities``, shape (P, D), in m and m/s; and ``episode``,
                 the index of the episode in the seed schedule; default: 0 if ``seed`` is given, otherwise the
                 next index.
-
-        Raises:
-            InputError: if the seed or an option is invalid; the running episode continues.
         """
         if seed is not None:
             seed = as_seed(seed)
@@ -57,7 +54,6 @@ class GymnasiumEnv(Registered, OneFlock[Observations], gymnasium.Env[Observation
             Observation, reward, terminated, truncated and ``info``.
 
         Raises:
-            InputError: if the action is outside the action space.
             ResetNeededError: if called before ``reset`` or after the end of the episode.
         """
         observation, reward, has_ended, info = self._batch.step_one(action)
@@ -79,10 +75,6 @@ class FlockEscapeEnv(GymnasiumEnv):
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
         **arguments: see ``FlockArguments`` and ``EnvOptions``.
-
-    Raises:
-        InputError: if an argument has the wrong type or value; if an option is unknown, missing or out of
-            bounds; if the scenario has no predator.
     """
 
     _ranges_at_start = np.zeros(1)
@@ -110,9 +102,6 @@ class PredatorEnv(GymnasiumEnv):
         per_agent: True: the flock policy sets one range per agent. False: one for the flock. ``None``: as in
             ``rollout``.
         **arguments: see ``FlockArguments`` (without ``predator_policy``) and ``EnvOptions``.
-
-    Raises:
-        InputError: as ``FlockEscapeEnv``, and if several predators are ``Learned``.
     """
 
     def __init__(

@@ -30,11 +30,8 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
     ``scenario.max_steps`` model steps. The return is d_ss - d(0).
 
     Args:
-        scenario: the line model's parameters, or a preset's name; default: the paper's.
+        scenario: the line model's parameters, with a predator, or a preset's name; default: the paper's.
         **arguments: see ``LineArguments`` and ``LineOptions``.
-
-    Raises:
-        InputError: if an option is unknown or out of bounds; if the scenario has no predator.
     """
 
     _arguments = LineArguments
@@ -108,9 +105,7 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
         episode = _core.LineEpisode(self.scenario.to_json(), self._document, 0)
         self._schedule = episode.set_state(as_bytes(state, "state"))
         self._episode = episode
-        if self._viewer is not None:
-            self._viewer.frames = [None]
-        self._show(episode)
+        self._settle()
         return episode.observe()
 
     def _num_actions(self) -> int:

@@ -59,9 +59,6 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
     Args:
         scenario: the flock model's parameters, or a preset's name; default: the paper's.
         **arguments: see ``ParallelArguments`` and ``EnvOptions``.
-
-    Raises:
-        InputError: as ``FlockEscapeEnv``.
     """
 
     _arguments: ClassVar[type] = ParallelArguments
@@ -144,7 +141,6 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             Observations, rewards, terminations, truncations and infos, by name of the agent.
 
         Raises:
-            InputError: if an agent is unknown or missing, or an action is outside the action space.
             ResetNeededError: if called before ``reset`` or after the end of the episode.
         """
         self._check_running()
@@ -162,7 +158,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             predator_actions = np.concatenate(plain)
         ranges = np.zeros(len(acting))
         ranges[acting] = chosen = self.policy_spec.actions.to_ranges_by_name(given[: len(agents)], agents)
-        step = self._batch.step_ranges(ranges, predator_actions=predator_actions)
+        step = self._batch.step(ranges, predator_actions=predator_actions, are_ranges=True)
         rows, rewards, has_ended, info = self._stepped(step)
         if len(agents) < len(acting):
             rows, rewards = rows[acting], rewards[acting]
@@ -202,7 +198,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             its row: its observation is zeros and its termination True.
 
         Raises:
-            InputError, ResetNeededError: as ``step``.
+            ResetNeededError: as ``step``.
         """
         self._check_running()
         if self._predators or predator_actions is not None:

@@ -63,9 +63,6 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         max_episode_steps: number of actions after which an episode is truncated, as by ``TimeLimit``;
             ``None`` or -1: only ``scenario.num_steps`` limits it.
         **arguments: see ``FlockArguments`` and ``EnvOptions``. ``render`` returns one image per flock.
-
-    Raises:
-        InputError: as ``FlockEscapeEnv``, and if scenarios of a list do not agree.
     """
 
     def __init__(
@@ -125,7 +122,6 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
                 flock are reset together.
 
         Raises:
-            InputError: if a seed or an option is invalid; the running episodes continue.
             ResetNeededError: if the first reset does not include all slots.
         """
         given = dict(as_mapping(options))
@@ -154,14 +150,14 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         """Set the interaction range of every slot and run ``steps_per_action`` model steps.
 
         Args:
-            actions: shape (num_envs, 1) or, if the action mode is ``"discrete"``, (num_envs,).
+            actions: shape (num_envs, 1) or, if the action mode is ``"discrete"``, (num_envs,). Those of slots
+                that are reset are ignored.
 
         Returns:
             Observations, shape (num_envs, entries), rewards, terminations and truncations, shape (num_envs,),
             and ``infos``.
 
         Raises:
-            InputError: if an action is outside the action space, except in slots that are reset.
             ResetNeededError: if called before ``reset``, or after the end of an episode if autoreset is
                 disabled.
         """

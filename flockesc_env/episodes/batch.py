@@ -126,6 +126,7 @@ class FlockBatch:
         at_end: AtEnd = "refuse",
         out: tuple[Observations, FloatArray] | None = None,
         predator_actions: FloatArray | None = None,
+        are_ranges: bool = False,
     ) -> Step:
         """Apply one action in every slot.
 
@@ -137,30 +138,20 @@ class FlockBatch:
             out: arrays that receive the observations and rewards; ``None``: new arrays.
             predator_actions: actions of the ``Learned`` predators, shape (num_flocks * predators, D);
                 ``None``: the predator policy chooses them or, without a policy, they are 0.
+            are_ranges: True: ``actions`` are valid ranges in m, shape (num_flocks * rows,).
         """
-        rows = self.policy_spec.rows
-        ignored = self.core.caught().ravel() if self._has_caught else None
-        if at_end != "refuse":
-            ended = np.repeat(self.core.ended(), rows)
-            ignored = ended if ignored is None else ended | ignored
-        ranges = self.policy_spec.actions.to_ranges(actions, self.num_flocks * rows, ignored)
-        return self.step_ranges(ranges, at_end=at_end, out=out, predator_actions=predator_actions)
-
-    def step_ranges(
-        self,
-        ranges: FloatArray,
-        *,
-        at_end: AtEnd = "refuse",
-        out: tuple[Observations, FloatArray] | None = None,
-        predator_actions: FloatArray | None = None,
-    ) -> Step:
-        """Step as ``step`` does, with ranges in m instead of actions, shape (num_flocks * rows,)."""
+        rows, ranges = self.policy_spec.rows, actions
+        if not are_ranges:
+            ignored = self.core.caught().ravel() if self._has_caught else None
+            if at_end != "refuse":
+                ended = np.repeat(self.core.ended(), rows)
+                ignored = ended if ignored is None else ended | ignored
+            ranges = self.policy_spec.actions.to_ranges(actions, self.num_flocks * rows, ignored)
         restarted: list[int] = []
         if self.predator_policy is not None and at_end == "restart":
             restarted = np.flatnonzero(self.core.ended()).tolist()
         step = self.core.step(ranges, at_end, out, self._hunt(predator_actions))
-        if restarted:
-            self._has_begun[restarted] = True
+        self._has_begun[restarted] = True
         observations, rewards, ended, columns = step
         return observations, rewards, ended, ranges, columns
 
@@ -260,7 +251,7 @@ class PredatorBatch(FlockBatch):
         *,
         at_end: AtEnd = "refuse",
         out: tuple[Observations, FloatArray] | None = None,
-        predator_actions: FloatArray | None = None,  # noqa: ARG002
+        **_: Any,
     ) -> Step:
         """Apply one action of every predator as ``FlockBatch.step``; the returned ranges are not set."""
         ended, slots = self.core.ended(), range(self.num_flocks)

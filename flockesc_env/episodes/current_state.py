@@ -11,11 +11,29 @@ from flockesc_env.common.errors import ResetNeededError
 from flockesc_env.episodes.batch import FlockBatch
 
 
+def _entry(name: str) -> Any:
+    """Return a property for an entry of the state of a flock."""
+    return property(lambda view: _frozen(view._batch.core.state(view._slot)[name]))
+
+
 class FlockView:
     """The current state of one flock. Array properties return new, read-only arrays.
 
     Before ``reset`` the properties raise ``ResetNeededError``.
     """
+
+    positions: FloatArray = _entry("positions")
+    """Positions of the agents in m, shape (n, D)."""
+    velocities: FloatArray = _entry("velocities")
+    """Velocities of the agents in m/s, shape (n, D)."""
+    distances: FloatArray = _entry("distances")
+    """Distance of every agent to the nearest predator in m, shape (n,); 0 for caught agents."""
+    interaction_range: FloatArray = _entry("interaction_range")
+    """Last ranges in m, shape (n,) with one range per agent, else (1,); 0 after ``reset``."""
+    predator_positions: FloatArray = _entry("predator_positions")
+    """Positions of the predators in m, shape (P, D)."""
+    predator_velocities: FloatArray = _entry("predator_velocities")
+    """Velocities of the predators in m/s, shape (P, D)."""
 
     def __init__(self, batch: FlockBatch, slot: int = 0) -> None:
         self._batch = batch
@@ -30,42 +48,9 @@ class FlockView:
         return int(self._batch.core.state(self._slot)["step"])
 
     @property
-    def positions(self) -> FloatArray:
-        """Positions of the agents in m, shape (n, D)."""
-        return self._array("positions")
-
-    @property
-    def velocities(self) -> FloatArray:
-        """Velocities of the agents in m/s, shape (n, D)."""
-        return self._array("velocities")
-
-    @property
-    def distances(self) -> FloatArray:
-        """Distance of every agent to the nearest predator in m, shape (n,); 0 for caught agents."""
-        return self._array("distances")
-
-    @property
     def caught(self) -> NDArray[np.bool]:
         """Whether each agent has been caught, shape (n,)."""
         return _frozen(self._batch.core.caught()[self._slot])
-
-    @property
-    def interaction_range(self) -> FloatArray:
-        """Last ranges in m, shape (n,) with one range per agent, else (1,); 0 after ``reset``."""
-        return self._array("interaction_range")
-
-    @property
-    def predator_positions(self) -> FloatArray:
-        """Positions of the predators in m, shape (P, D)."""
-        return self._array("predator_positions")
-
-    @property
-    def predator_velocities(self) -> FloatArray:
-        """Velocities of the predators in m/s, shape (P, D)."""
-        return self._array("predator_velocities")
-
-    def _array(self, name: str) -> FloatArray:
-        return _frozen(self._batch.core.state(self._slot)[name])
 
 
 class LineView:

@@ -62,9 +62,6 @@ class PredatorPolicySpec:
 
         With ``count=None``, ``actions`` is a single action, shape (D,), and the result has one row. Rows that
         are ``ignored`` are not checked and become 0.
-
-        Raises:
-            InputError: if the dtype or shape is wrong, or an action is outside the action space.
         """
         shape = (self.dimension,) if count is None else (count, self.dimension)
         plain = plain_array(actions, shape, name).reshape(-1, self.dimension)

@@ -53,9 +53,8 @@ class RangeActions:
     """
 
     def __init__(self, options: ActionOptions) -> None:
-        self.mode = options.action_mode
-        self.min_range = options.min_range
-        self.max_range = options.max_range
+        self.mode, self.min_range, self.max_range = options.action_mode, options.min_range, options.max_range
+        self._bounds = (-1.0, 1.0) if self.mode == "normalized" else (self.min_range, self.max_range)
         self.core = options.range_map()
         self.grid: FloatArray | None = None
         if self.core.grid is not None:
@@ -66,8 +65,7 @@ class RangeActions:
         """Return a new action space for one range: a Box of shape (1,), or Discrete."""
         if self.grid is not None:
             return spaces.Discrete(len(self.grid))
-        low, high = (-1.0, 1.0) if self.mode == "normalized" else (self.min_range, self.max_range)
-        return spaces.Box(low, high, (1,), np.float32)
+        return spaces.Box(*self._bounds, (1,), np.float32)
 
     def to_range(self, action: Any, name: str = "action") -> float:
         """Return the range of a single action; ``name``: for errors, which are those of ``to_ranges``."""
@@ -86,9 +84,6 @@ class RangeActions:
                 integer dtype.
             count: expected number of actions.
             ignored: actions that are not checked and whose range is 0, shape (count,).
-
-        Raises:
-            InputError: if the dtype or shape is wrong, or an action is outside the action space.
         """
         ranges = self._of_array(actions, (count,), "action")
         if ignored is not None:
@@ -117,10 +112,10 @@ class RangeActions:
         value = np.asarray(action).item()
         if self.grid is not None:
             return InputError(name, f"an integer from 0 to {len(self.grid) - 1}", value)
-        low, high = (-1.0, 1.0) if self.mode == "normalized" else (self.min_range, self.max_range)
-        hint = "gymnasium.wrappers.ClipAction clips it"
-        if np.isnan(value):
-            hint = "a policy that returns NaN has diverged"
+        is_nan, (low, high) = np.isnan(value), self._bounds
+        hint = (
+            "a policy that returns NaN has diverged" if is_nan else "gymnasium.wrappers.ClipAction clips it"
+        )
         return InputError(name, f"a number from {low} to {high} ({hint})", float(value))
 
     def from_ranges(self, ranges: FloatArray) -> NDArray[Any]:
@@ -130,14 +125,11 @@ class RangeActions:
         the last place of ``max_range`` in the mode ``"normalized"``, because actions are float64.
 
         Args:
-            ranges: shape (k,).
+            ranges: numbers in [``min_range``, ``max_range``], shape (k,).
 
         Returns:
             Actions, shape (k, 1) or, for discrete actions, the indices of the nearest ranges of the grid,
             int64 of shape (k,).
-
-        Raises:
-            InputError: if a range is outside [``min_range``, ``max_range``].
         """
         actions = self.core.actions_of(ranges)
         return actions[:, None] if self.grid is None else actions.astype(np.int64)

@@ -28,9 +28,6 @@ def episode_seed(seed: int, episode: int) -> int:
     Args:
         seed: seed passed to ``reset``, an integer in [0, 2^64).
         episode: index of the episode, an integer in [0, 2^64).
-
-    Raises:
-        InputError: if an argument is not an integer in [0, 2^64).
     """
     return _core.episode_seed(as_seed(seed), as_seed(episode, "episode"))
 

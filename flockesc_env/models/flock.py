@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,6 +14,11 @@ from flockesc_env.common.errors import InputError, shown
 from flockesc_env.models.simulate import IntArray, optional_floats, seed_or_fresh
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
+
+
+def _entry(name: str) -> Any:
+    """Return a property for an entry of the state."""
+    return property(lambda flock: flock._core.get(name))
 
 
 class Flock:
@@ -30,16 +36,23 @@ class Flock:
         extra_force: a function of this flock that returns forces, shape (n, D), in the units of f_i. ``step``
             calls it before each step and adds them to f_i. It may read the flock, but not change it.
 
-    Raises:
-        InputError: if an argument has the wrong type, shape or value; the flock is then unchanged.
-        MemoryError: for the flock.
-
     Examples:
         >>> flock = Flock("paper-flock", seed=7)
         >>> flock.step(10.0, 100)
         >>> flock.time, round(float(flock.distances.mean()), 2)
         (5.0, 78.27)
     """
+
+    predator_positions: FloatArray = _entry("predator_positions")
+    """Positions of the P predators in m, shape (P, D)."""
+    predator_velocities: FloatArray = _entry("predator_velocities")
+    """Velocities of the P predators in m/s, shape (P, D)."""
+    distances: FloatArray = _entry("distances")
+    """Distance of every agent to the nearest predator in m, shape (n,); 0 for caught agents."""
+    caught_by: IntArray = _entry("caught_by")
+    """Index of the predator that caught each agent, the nearest one, or -1; shape (n,)."""
+    heard: IntArray = _entry("heard")
+    """Number of other agents that each agent heard in the last step, shape (n,); at the start 0."""
 
     def __init__(
         self,
@@ -74,8 +87,7 @@ class Flock:
             predator_actions: actions in [-1, 1] of the L ``Learned`` predators, shape (L, D); ``None``: they
                 fly straight on.
 
-        Raises:
-            InputError: for a bad argument, or a bad force: the step in which it occurs is not made.
+        A bad force raises ``InputError``: the step in which it occurs is not made.
         """
         self._check_idle()
         rho, count = as_floats(ranges, "ranges", least=0.0), as_count(num_steps, "num_steps")
@@ -125,34 +137,9 @@ class Flock:
         self._core.set("velocities", as_floats(values, "velocities", self._shape))
 
     @property
-    def predator_positions(self) -> FloatArray:
-        """Positions of the P predators in m, shape (P, D)."""
-        return self._core.get("predator_positions")
-
-    @property
-    def predator_velocities(self) -> FloatArray:
-        """Velocities of the P predators in m/s, shape (P, D)."""
-        return self._core.get("predator_velocities")
-
-    @property
-    def distances(self) -> FloatArray:
-        """Distance of every agent to the nearest predator in m, shape (n,); 0 for caught agents."""
-        return self._core.get("distances")
-
-    @property
     def caught(self) -> NDArray[np.bool]:
         """Whether each agent has been caught, shape (n,)."""
         return self.caught_by >= 0
-
-    @property
-    def caught_by(self) -> IntArray:
-        """Index of the predator that caught each agent, the nearest one, or -1; shape (n,)."""
-        return self._core.get("caught_by")
-
-    @property
-    def heard(self) -> IntArray:
-        """Number of other agents that each agent heard in the last step, shape (n,); at the start 0."""
-        return self._core.get("heard")
 
     def get_state(self) -> bytes:
         """Return a snapshot, without ``extra_force``, from which any flock of this scenario continues."""

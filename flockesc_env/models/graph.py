@@ -38,7 +38,7 @@ def component_labels(
         >>> component_labels(None, [[0, 0], [1, 0], [9, 0]], 2.0)
         array([0, 0, 2])
     """
-    return _core.component_labels(*_core_arguments(scenario, positions, interaction_range, velocities))
+    return _core.component_labels(_core_arguments(scenario, positions, interaction_range, velocities))
 
 
 def neighbor_pairs(
@@ -60,7 +60,7 @@ def neighbor_pairs(
         array([[0, 1],
                [1, 0]])
     """
-    return _core.neighbor_pairs(*_core_arguments(scenario, positions, interaction_range, velocities))
+    return _core.neighbor_pairs(_core_arguments(scenario, positions, interaction_range, velocities))
 
 
 def _core_arguments(
@@ -95,7 +95,7 @@ def perron_matrix(states: ArrayLike, interaction_range: float) -> FloatArray:
         states: positions x_i of the agents, shape (n,).
         interaction_range: rho, at least 0.
     """
-    return _core.perron_matrix(*_line(states, interaction_range))
+    return _line_matrix(states, interaction_range, is_perron=True)
 
 
 def laplacian(states: ArrayLike, interaction_range: float) -> FloatArray:
@@ -103,9 +103,9 @@ def laplacian(states: ArrayLike, interaction_range: float) -> FloatArray:
 
     The arguments are those of ``perron_matrix``.
     """
-    return _core.laplacian(*_line(states, interaction_range))
+    return _line_matrix(states, interaction_range, is_perron=False)
 
 
-def _line(states: ArrayLike, interaction_range: float) -> tuple[FloatArray, float]:
+def _line_matrix(states: ArrayLike, interaction_range: float, *, is_perron: bool) -> FloatArray:
     rho = float(as_floats(interaction_range, "interaction_range", (), least=0.0))
-    return as_vector(states, "states"), rho
+    return _core.line_matrix(as_vector(states, "states"), rho, is_perron)

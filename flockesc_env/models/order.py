@@ -27,9 +27,6 @@ Args:
 
 Returns:
     The measure at every time, shape (T,), or at the only one, shape ().
-
-Raises:
-    InputError: if an argument has the wrong type, shape or value.
 """
 _STATIC = {"nearest_neighbor_distance", "density"}
 """Measures that need no velocities."""

@@ -174,14 +174,11 @@ def scan(
         measures: names of measures of order (``polarization``, ``rotation``, ``nearest_neighbor_distance``,
             ``density``, ``correlation_length``) or of columns of ``Trajectory`` (such as ``num_components``),
             and functions of the positions in m and velocities in m/s of the agents that are not caught, each
-            of shape (n, D), that return a number.
+            of shape (n, D), that return a finite number.
         skip: number of steps before the first time that counts, at most ``scenario.num_steps``.
         every: number of steps between times that count; they are multiples of it.
         num_threads: see ``sweep``. Your functions are called in several threads.
         progress: see ``sweep``.
-
-    Raises:
-        InputError: if an argument has the wrong type, shape or value, or a measure is not a finite number.
 
     Examples:
         >>> result = scan("vicsek", {"angular_noise": [0.0, 3.0, 6.0]}, 10.0, seeds=range(5), skip=50)

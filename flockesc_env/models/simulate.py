@@ -342,9 +342,6 @@ def simulate_line(
         seed: seed of x(0) ~ U[0, 1]^n; ``None``: a random seed from the operating system.
         initial_state: x(0), shape (n,); ``None``: drawn from the seed.
 
-    Raises:
-        InputError, MemoryError: as ``simulate``.
-
     Examples:
         >>> simulate_line("paper-line", 0.1, seed=7).num_components
         array([1, 2, 3, 3, 3, 3])

@@ -202,21 +202,11 @@ RESULTS: Final[dict[str, type[FlockSweepResult | LineSweepResult]]] = {
 
 @overload
 def sweep(
-    scenario: FlockScenario,
-    interaction_ranges: ArrayLike,
-    seeds: Iterable[int],
-    *,
-    num_threads: int | None = None,
-    progress: Progress | bool | None = None,
+    scenario: FlockScenario, interaction_ranges: ArrayLike, seeds: Iterable[int], **options: Any
 ) -> FlockSweepResult: ...
 @overload
 def sweep(
-    scenario: LineScenario,
-    interaction_ranges: ArrayLike,
-    seeds: Iterable[int],
-    *,
-    num_threads: int | None = None,
-    progress: Progress | bool | None = None,
+    scenario: LineScenario, interaction_ranges: ArrayLike, seeds: Iterable[int], **options: Any
 ) -> LineSweepResult: ...
 @overload
 def sweep(scenario: str, *arguments: Any, **options: Any) -> Any: ...  # the type depends on the preset
@@ -255,5 +245,5 @@ def sweep(
     threads, total, document = as_threads(num_threads), ranges.size * checked.size, model.to_json()
     with reporting(progress, "Sweep", total) as callback:
         report = None if callback is None else lambda done: callback(done, total)
-        run = _core.sweep_flock if model.model == "flock" else _core.sweep_line
-        return RESULTS[model.model](model, ranges, checked, **run(document, ranges, checked, threads, report))
+        found = _core.sweep(model.model, document, ranges, checked, threads, report)
+        return RESULTS[model.model](model, ranges, checked, **found)

@@ -115,7 +115,6 @@ def recorded_view(run: Trajectory, step: int) -> FloatArray:
 def recorded_frame(
     run: Trajectory,
     step: int,
-    objective: str,
     view: FloatArray,
     largest_range: float,
     *,
@@ -123,7 +122,7 @@ def recorded_frame(
     color: str = LIGHT.ink,
 ) -> FlockFrame:
     """Return the frame of a recorded run after ``step`` steps."""
-    spec = FlockScenario.objectives[objective]
+    spec = next(iter(FlockScenario.objectives.values()))
     # The model moves predators by r_p(t + dt) = r_p(t) + dt v_p(t), which gives v_p by a forward difference.
     moved = min(step, run.scenario.num_steps - 1)
     before, after = run.predator_positions[moved : moved + 2]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import as_callback, as_choice, as_count, as_floats, as_path, as_text
+from flockesc_env.common.checks import as_callback, as_count, as_path, as_text
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import atomic_write, suffix_of
@@ -28,8 +28,6 @@ from flockesc_env.render.frames import (
 )
 from flockesc_env.render.palette import LIGHT, rgb
 from flockesc_env.render.viewer import grid_shape, tiled
-from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.objectives import Objective
 
 _FORMATS: dict[str, dict[str, Any]] = {
     ".mp4": {"codec": "libx264", "quality": 6},
@@ -55,12 +53,7 @@ REST = 3.0
 
 
 def draw(
-    run: Trajectory | LineTrajectory,
-    step: int,
-    *,
-    size: int = 512,
-    title: str = "",
-    objective: Objective = "min_mean_distance",
+    run: Trajectory | LineTrajectory, step: int, *, size: int = 512, title: str = ""
 ) -> NDArray[np.uint8]:
     """Return a picture of a recorded run, shape (size, size, 3).
 
@@ -69,11 +62,9 @@ def draw(
         step: the time, as a number of steps from 0 to T.
         size: width and height in pixels, an even number from 160 to 16384.
         title: text above the picture.
-        objective: the objective J in the picture of a flock; see ``EnvOptions``.
     """
     as_run(run, "run")
     size, title = as_size(size), as_text(title, "title")
-    as_choice(objective, "objective", FlockScenario.objectives)
     last = run.steps if isinstance(run, LineTrajectory) else run.scenario.num_steps
     step = as_count(step, "step", least=0, most=last)
     from flockesc_env.render.picture import draw_frame  # loads pygame, an extra
@@ -82,8 +73,7 @@ def draw(
         history = [(t, run.states[t], run.interaction_range if t else 0.0) for t in range(step + 1)]
         return draw_frame(LineFrame(run.scenario, history, run.interaction_range), size, title)
     largest = float(run.interaction_ranges.max())
-    frame = recorded_frame(run, step, objective, recorded_view(run, step), largest)
-    return draw_frame(frame, size, title)
+    return draw_frame(recorded_frame(run, step, recorded_view(run, step), largest), size, title)
 
 
 def write_video(
@@ -91,12 +81,10 @@ def write_video(
     path: str | Path,
     *,
     fps: int | None = None,
-    speed: float = 1.0,
     size: int | None = None,
-    objective: Objective = "min_mean_distance",
     progress: Progress | None = None,
 ) -> None:
-    """Write a video of runs in a grid, side by side if they are two, all at the same scale.
+    """Write a video of runs in real time and in a grid, side by side if they are two, all at the same scale.
 
     The view does not move. The video ends ``REST`` seconds after the last run reached its lowest mean
     predator distance. The dotted ring shows that distance of the best fixed range among the runs.
@@ -106,16 +94,13 @@ def write_video(
         runs: one run, shown under the name of the file, or a list of names and runs.
         path: a file that ends in ``.mp4`` or ``.gif``.
         fps: frames per second; ``None``: 20, or 10 in a ``.gif``, which compresses less.
-        speed: seconds of the model per second of the video.
         size: width and height of one run in pixels; ``None``: 512, or 400 in a ``.gif``.
-        objective: the objective J in the pictures; see ``EnvOptions``.
         progress: called with (frames written, all frames). If it raises an exception, no file is written.
 
     Raises:
         OSError: if the file cannot be written; an older file stays as it was.
     """
     path = as_path(path)
-    as_choice(objective, "objective", FlockScenario.objectives)
     suffix = suffix_of(path)
     if suffix not in _FORMATS:
         raise InputError("path", f"a file that ends in {' or '.join(_FORMATS)}", path)
@@ -124,9 +109,6 @@ def write_video(
     default_fps, default_size = (10, 400) if suffix == ".gif" else (20, 512)
     size = as_size(default_size if size is None else size)
     fps = as_count(default_fps if fps is None else fps, "fps")
-    pace = float(as_floats(speed, "speed", ()))
-    if pace <= 0:
-        raise InputError("speed", "a number above 0", pace)
     runs = as_runs([(path.stem, runs)] if isinstance(runs, Trajectory) else runs)
     progress = as_callback(progress)
     largest = max(float(run.interaction_ranges.max()) for _, run in runs)
@@ -136,9 +118,9 @@ def write_video(
     from flockesc_env.render.picture import draw_frame  # loads pygame, an extra
 
     last = max(_end(run) for _, run in runs)
-    frames = last / pace * fps
+    frames = last * fps
     if not frames < _MAX_FRAMES:
-        raise InputError("fps", f"fewer than {_MAX_FRAMES} frames at speed {pace}", f"{frames:g} frames")
+        raise InputError("fps", f"fewer than {_MAX_FRAMES} frames", f"{frames:g} frames")
     count = round(frames) + 1
     views = [recorded_view(run, _step_at(run, last)) for _, run in runs]
     if len({view.shape for view in views}) == 1:
@@ -161,13 +143,11 @@ def write_video(
         with closing(writer):  # waits for ffmpeg
             writer.send(None)  # starts ffmpeg
             for done in range(1, count + 1):
-                pictures = []
-                time = (done - 1) * pace / fps
+                pictures, time = [], (done - 1) / fps
                 for (_, run), view, title, kind in zip(runs, views, titles, kinds, strict=True):
                     frame = recorded_frame(
                         run,
                         _step_at(run, time),
-                        objective,
                         view,
                         largest,
                         rival=np.nan if best is None or best is run else falling[_step_at(best, time)],

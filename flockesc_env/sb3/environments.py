@@ -58,16 +58,12 @@ def vec_env(
         scenario: as for ``BatchVectorEnv``. A ``LineScenario``, or the name of one, makes lines.
         num_flocks: number of flocks, or of lines.
         per_agent: True: one slot per agent, for a shared policy that sets the range of each agent. False: one
-            slot per flock. With ``side="predator"``, as for ``PredatorEnv``.
+            slot per flock, or line. With ``side="predator"``, as for ``PredatorEnv``.
         **options: for flocks those of ``FlockArguments`` and ``EnvOptions``, and ``infos``: which ``info``
             dicts of ``step`` have entries. ``"all"``: all. ``"end"``: those of slots whose episode has ended
             in this step; the others share one new empty dict, which is faster. ``render`` returns one image
             of all flocks. ``side="predator"``, with ``flock_policy``, has one slot per ``Learned`` predator.
             For lines those of ``LineArguments`` and ``LineOptions``.
-
-    Raises:
-        InputError: as ``FlockEscapeEnv`` and ``LineEscapeEnv``; if scenarios of a list do not agree; if lines
-            are ``per_agent``.
     """
     model = preset(scenario) if isinstance(scenario, str) else scenario
     if not isinstance(model, LineScenario):
@@ -113,9 +109,6 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         ``set_options`` takes the options of ``FlockEscapeEnv.reset``, for all slots or one dict per slot. The
         options of the first slot of each flock are used. To continue a run at episode e, call ``seed(s)``
         and set the option ``episode`` to e.
-
-        Raises:
-            InputError: if an option is invalid; the running episodes continue.
         """
         rows, flocks = self._batch.rows, range(self._batch.num_flocks)
         observations, columns = self._batch.reset(flocks, self._seeds[::rows], self._options[::rows])
@@ -135,7 +128,6 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         """Step all flocks; a flock whose episode ends starts the next one in the same step.
 
         Raises:
-            InputError: if the action is outside the action space.
             ResetNeededError: if called before ``reset``.
         """
         has_all = self._infos == "all"
@@ -216,11 +208,7 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         return [getattr(self, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Set an attribute for all slots, which share it.
-
-        Raises:
-            InputError: if ``indices`` does not include all slots.
-        """
+        """Set an attribute for all slots, which share it; ``indices`` must include all."""
         if set(self._get_indices(indices)) != set(range(self.num_envs)):
             raise InputError("indices", f"all slots, which share {attr_name!r}", indices)
         setattr(self, attr_name, value)

@@ -36,7 +36,7 @@ def fly(scenario: FlockScenario, rho: float, seeds: range, every: int = EVERY) -
     batch.reset(range(len(seeds)), list(seeds))
     states = [[batch.core.state(slot) for slot in range(len(seeds))]]
     for _ in range(scenario.num_steps // every):
-        batch.step_ranges(np.full(len(seeds), float(rho)))
+        batch.step(np.full(len(seeds), float(rho)), are_ranges=True)
         states.append([batch.core.state(slot) for slot in range(len(seeds))])
     times: Any = np.arange(len(states)) * (every * scenario.time_step)
     flights = []

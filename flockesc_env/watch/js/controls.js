@@ -40,10 +40,8 @@ class Controls {
   async copy() {
     const { page } = this;
     const address = showAddress(page.link());
-    const copied = await navigator.clipboard?.writeText(address).then(
-      () => true,
-      () => false,
-    );
+    const copying = navigator.clipboard?.writeText(address).then(() => true);
+    const copied = await copying?.catch(() => false);
     const files = page.panels.map(({ run }) => run.policy?.isDropped && run.policy.file).filter(Boolean);
     const note = files.length ? ` It does not hold ${files.join(", ")}: send the file, too.` : "";
     const hint = location.protocol === "about:" ? "This frame has no address." : "Copy the link from the address bar.";

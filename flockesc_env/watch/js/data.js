@@ -2,12 +2,7 @@
 
 // Recorded runs: reads the documents of document.py, whose numbers are compressed typed arrays.
 
-const ARRAYS = {
-  float32: Float32Array,
-  float64: Float64Array,
-  int8: Int8Array,
-  uint32: Uint32Array,
-};
+const ARRAYS = { float32: Float32Array, int8: Int8Array, uint32: Uint32Array };
 
 /** Bytes of a text in base64. */
 function bytesOf(base64) {
@@ -77,7 +72,7 @@ function isCaught(run, step, agent) {
 
 /** Ids of the agents that are not caught at a step. */
 function aliveAt(run, step) {
-  return Array.from({ length: run.numAgents }, (_, agent) => agent).filter((agent) => !isCaught(run, step, agent));
+  return [...Array(run.numAgents).keys()].filter((agent) => !isCaught(run, step, agent));
 }
 
 /** The interaction range of an agent, from one range for all or one per agent. */

@@ -15,11 +15,22 @@ function rounded(value) {
   return String(Number(value.toPrecision(9)));
 }
 
+/** Draws a grid up to the edges of the picture or, in space, a floor below the box of the camera. */
 function drawGround(context, camera, theme) {
+  const { isSpatial, box, width, height } = camera;
   context.lineWidth = 1;
-  context.strokeStyle = camera.isSpatial ? theme.line : theme.grid;
-  if (camera.isSpatial) drawFloor(context, camera);
-  else drawGrid(context, camera);
+  context.strokeStyle = isSpatial ? theme.line : theme.grid;
+  const spacing = roundBelow(110 / camera.pixelsPerMetre);
+  const whole = (corner, round) => corner.map((value) => round(value / spacing) * spacing);
+  const low = isSpatial ? whole(box.low, Math.floor) : camera.unproject(0, height);
+  const high = isSpatial ? whole(box.high, Math.ceil) : camera.unproject(width, 0);
+  const between = (from, to) => {
+    const [ax, ay] = camera.project(...from, box.low[2], [0, 0, 0]);
+    const [bx, by] = camera.project(...to, box.low[2], [0, 0, 0]);
+    line(context, ax, ay, bx, by);
+  };
+  for (const x of multiples(low[0], high[0], spacing)) between([x, low[1]], [x, high[1]]);
+  for (const y of multiples(low[1], high[1], spacing)) between([low[0], y], [high[0], y]);
 }
 
 /** Writes a text around a point, on a strip of the ground. */
@@ -34,37 +45,6 @@ function label(context, text, x, y, color, font, theme) {
 function multiples(low, high, spacing) {
   const first = Math.ceil(low / spacing);
   return Array.from({ length: Math.floor(high / spacing) - first + 1 }, (_, at) => (first + at) * spacing);
-}
-
-function drawGrid(context, camera) {
-  const { width, height } = camera;
-  const spacing = roundBelow(110 / camera.pixelsPerMetre);
-  const [left, top] = camera.unproject(0, 0);
-  const [right, bottom] = camera.unproject(width, height);
-  const out = [0, 0, 0];
-  for (const column of multiples(left, right, spacing)) {
-    const [x] = camera.project(column, 0, 0, out);
-    line(context, x, 0, x, height);
-  }
-  for (const row of multiples(bottom, top, spacing)) {
-    const [, y] = camera.project(0, row, 0, out);
-    line(context, 0, y, width, y);
-  }
-}
-
-function drawFloor(context, camera) {
-  const { low, high } = camera.box;
-  const spacing = roundBelow(110 / camera.pixelsPerMetre);
-  const [x0, x1, y0, y1] = [low[0], high[0], low[1], high[1]].map(
-    (value, at) => (at % 2 ? Math.ceil(value / spacing) : Math.floor(value / spacing)) * spacing,
-  );
-  const between = (from, to) => {
-    const [ax, ay] = camera.project(...from, low[2], [0, 0, 0]);
-    const [bx, by] = camera.project(...to, low[2], [0, 0, 0]);
-    line(context, ax, ay, bx, by);
-  };
-  for (const x of multiples(x0, x1, spacing)) between([x, y0], [x, y1]);
-  for (const y of multiples(y0, y1, spacing)) between([x0, y], [x1, y]);
 }
 
 /** In space, the scale bar is right at the depth of the center. */

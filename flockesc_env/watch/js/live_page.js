@@ -193,8 +193,8 @@ class LivePage extends Page {
   /** Steps all live runs up to a time, the one that is behind first, and returns the time that all have reached. */
   reach(time, budget = Infinity, runs = this.runs) {
     const end = performance.now() + budget;
-    const isBehind = (run) => run.isLive && !run.hasEnded && run.last * run.timeStep < time - 1e-9;
     const timeOf = (run) => run.last * run.timeStep;
+    const isBehind = (run) => run.isLive && !run.hasEnded && timeOf(run) < time - 1e-9;
     const next = () => runs.filter(isBehind).reduce((a, b) => (a && timeOf(a) <= timeOf(b) ? a : b), null);
     for (let run = next(); run && performance.now() < end; run = next()) run.step(this.steering.targetOf(run));
     return Math.min(time, ...runs.filter(isBehind).map(timeOf));
@@ -209,7 +209,7 @@ class LivePage extends Page {
   /** Plays whole runs in the background and shows what they give. */
   work() {
     if (!this.flight || !this.panels.length) return;
-    const runs = this.best ? [...this.runs, this.best] : this.runs;
+    const runs = this.allRuns;
     if (!this.flight.isSteered) this.reach(Infinity, FRAME_BUDGET, runs);
     const progress = runs.map((run) => run.last).join();
     if (progress === this.progress) return;
@@ -221,8 +221,7 @@ class LivePage extends Page {
 
   /** Keeps the objectives of whole runs. */
   noteTrials() {
-    const runs = this.best ? [...this.runs, this.best] : this.runs;
-    const found = runs.filter((run) => run.isLive && run.hasEnded && !run.isNoted && run.numPredators > 0);
+    const found = this.allRuns.filter((run) => run.isLive && run.hasEnded && !run.isNoted && run.numPredators > 0);
     if (!found.length) return;
     chooseColors(this.runs);
     for (const run of found) {
@@ -235,17 +234,19 @@ class LivePage extends Page {
     this.controls.showCode();
   }
 
+  /** The runs of the panels, and the one of the best single range. */
+  get allRuns() {
+    return this.best ? [...this.runs, this.best] : this.runs;
+  }
+
   get rival() {
     return this.runs.find(({ isLive, spec }) => isLive && spec === this.best?.spec) ?? this.best;
   }
 
   /** The address of the present state, with the reader's guess. */
   link(guess = this.choice.guess) {
-    return writeAddress(
-      this.flight,
-      this.runs.map(({ spec }) => spec),
-      guess,
-    );
+    const specs = this.runs.map(({ spec }) => spec);
+    return writeAddress(this.flight, specs, guess);
   }
 
   showAll() {

@@ -34,7 +34,8 @@ class Page {
   begin(time) {
     this.showAll();
     this.seek(Number(time) || 0);
-    if (time === null && !isStill()) this.player.play();
+    const isStill = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    if (time === null && !isStill) this.player.play();
   }
 
   addPanel(run) {
@@ -113,11 +114,6 @@ class Page {
     $("facts").textContent = facts.join(" \u00b7 ");
     $("lead").hidden = $("key").hidden = !scenario.predators.length;
   }
-}
-
-/** Whether the reader asks for less motion. */
-function isStill() {
-  return matchMedia("(prefers-reduced-motion: reduce)").matches;
 }
 
 function messageOf(error) {

@@ -37,6 +37,7 @@ class Scene {
     context.clearRect(0, 0, width, height);
     this.look = look;
     this.moment = frameAt(run, time);
+    this.alive = aliveAt(run, this.moment.step);
     this.projectAgents();
     drawGround(context, camera, look.theme);
     this.drawPredators();
@@ -81,8 +82,7 @@ class Scene {
     const { run, look, moment } = this;
     const lists = new Map();
     const colorOf = look.asking ? () => look.theme.muted : look.theme.colorOf; // before a flight no color answers
-    for (let agent = 0; agent < run.numAgents; agent++) {
-      if (isCaught(run, moment.step, agent)) continue;
+    for (const agent of this.alive) {
       const color = colorOf(rangeOf(run, moment.step, agent));
       if (!lists.has(color)) lists.set(color, []);
       lists.get(color).push(agent);
@@ -124,8 +124,7 @@ class Scene {
     const out = [0, 0, 0];
     context.fillStyle = look.theme.ink;
     context.globalAlpha = 0.18;
-    for (let agent = 0; agent < numAgents; agent++) {
-      if (isCaught(this.run, moment.step, agent)) continue;
+    for (const agent of this.alive) {
       const at = 3 * (moment.step * numAgents + agent);
       camera.project(positions[at], positions[at + 1], camera.box.low[2], out);
       context.fillRect(out[0] - 1, out[1] - 1, 2, 2);
@@ -203,12 +202,8 @@ class Scene {
     ring(run.meanDistance[moment.step], color, 0.75);
     if (rival) ring(rival.lowestMean[Math.min(moment.step, rival.last)], look.theme.ink, 1.5, [2, 5]);
     ring(lowest, color, 2.5);
-    const sides = [
-      [0, 1],
-      [1, 0],
-      [0, -1],
-      [-1, 0],
-    ].map(([dx, dy]) => [x + dx * lowest * scale, y + dy * lowest * scale]);
+    const radius = lowest * scale;
+    const sides = [[x, y + radius], [x + radius, y], [x, y - radius], [x - radius, y]];
     const isInside = ([at, height]) => at > 30 && at < camera.width - 30 && height > 16 && height < camera.height - 16;
     const side = sides.find(isInside);
     if (side) this.drawNumber(`${lowest.toFixed(0)} m`, ...side, color);
@@ -216,8 +211,7 @@ class Scene {
 
   /** The agent in the middle of the flock and those that it would hear: what a range means. */
   guessOf(range) {
-    const { points, run } = this;
-    const agents = Array.from({ length: run.numAgents }, (_, agent) => agent);
+    const { points, run, alive: agents } = this;
     const mean = [0, 1].map((axis) => agents.reduce((sum, agent) => sum + points[3 * agent + axis], 0) / agents.length);
     const toMiddle = (agent) => Math.hypot(points[3 * agent] - mean[0], points[3 * agent + 1] - mean[1]);
     const agent = agents.reduce((a, b) => (toMiddle(b) < toMiddle(a) ? b : a));
@@ -226,10 +220,9 @@ class Scene {
 
   /** The agent nearest to a pixel, or null if none is near. */
   agentAt(x, y) {
-    const { points, run, moment } = this;
+    const { points, alive } = this;
     let [nearest, found] = [16, null]; // pixels
-    for (let agent = 0; agent < run.numAgents; agent++) {
-      if (isCaught(run, moment.step, agent)) continue;
+    for (const agent of alive) {
       const distance = Math.hypot(points[3 * agent] - x, points[3 * agent + 1] - y);
       if (distance < nearest) [nearest, found] = [distance, agent];
     }

@@ -45,9 +45,7 @@ class Steering {
       });
     }
     // A finger that holds the predator does not scroll the page.
-    canvas.addEventListener("touchstart", (event) => isHeld() && event.preventDefault(), {
-      passive: false,
-    });
+    canvas.addEventListener("touchstart", (event) => isHeld() && event.preventDefault(), { passive: false });
     canvas.addEventListener("click", (event) => {
       if (!isDrag(event)) page.inspect(panel, scene.agentAt(event.offsetX, event.offsetY));
     });
@@ -133,7 +131,9 @@ function actionsToward({ flight, flock, numPredators, timeStep }, target) {
     const speed = maxSpeed * Math.min(1, distance / NEAR);
     const change = way.map((part, axis) => (speed * part) / distance - velocity[axis]);
     const size = Math.max(maxAcceleration * timeStep, Math.hypot(...change));
-    const [x, y] = headingOf(velocity, maxSpeed) ?? towardNearest(flock, [predators[at], predators[at + 1]]);
+    const flown = Math.hypot(...velocity);
+    const isAtRest = flown < 1e-9 * maxSpeed;
+    const [x, y] = isAtRest ? towardNearest(flock, predators[at], predators[at + 1]) : velocity.map((v) => v / flown);
     const bounded = (value) => Math.min(Math.max(value / size, -1), 1);
     actions[at] = bounded(x * change[0] + y * change[1]);
     actions[at + 1] = bounded(x * change[1] - y * change[0]);
@@ -141,13 +141,8 @@ function actionsToward({ flight, flock, numPredators, timeStep }, target) {
   return actions;
 }
 
-function headingOf(velocity, maxSpeed) {
-  const speed = Math.hypot(...velocity);
-  return speed < 1e-9 * maxSpeed ? null : velocity.map((part) => part / speed);
-}
-
 /** The direction that a predator at rest has in the model: toward the nearest agent. */
-function towardNearest({ positions, caught }, [x, y]) {
+function towardNearest({ positions, caught }, x, y) {
   let [nearest, way] = [Infinity, [1, 0]];
   for (let at = 0; at < positions.length; at += 2) {
     const [dx, dy] = [positions[at] - x, positions[at + 1] - y];

@@ -14,7 +14,7 @@ use crate::arrays::{Object, shaped};
 use crate::errors::CoreError;
 
 /// Maps actions to interaction ranges, and actions outside of the action space to NaN.
-#[pyclass(frozen, module = "flockesc_env._core")]
+#[pyclass(frozen, from_py_object, module = "flockesc_env._core")]
 #[derive(Clone)]
 pub(crate) struct RangeMap {
     pub(crate) map: Arc<Map>,

@@ -7,7 +7,7 @@ use flockesc_core::{Batch, Episode, EpisodeConfig, Error};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::intern;
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict};
+use pyo3::types::{PyBytes, PyDict, PyTuple};
 
 use crate::actions::RangeMap;
 use crate::arrays::{Dict, Object, Tuple, column, overwrite, shaped};
@@ -48,7 +48,8 @@ fn measured<const D: usize, T: Send + 'static>(
     })
 }
 
-/// Arguments of the constructor, in order.
+/// Arguments of the constructor: the different scenarios, the index of each slot's scenario, options, actions, number of
+/// threads, whether to count components, and the seed.
 type Arguments = (
     Vec<String>,
     Vec<usize>,
@@ -61,21 +62,14 @@ type Arguments = (
 
 #[pymethods]
 impl FlockBatch {
-    /// `scenarios` are the different scenarios, and `slots` is the index of each slot's scenario.
     #[new]
-    #[pyo3(signature = (scenarios, slots, options, actions, num_threads, count_components, seed))]
-    fn new(
-        scenarios: Vec<String>,
-        slots: Vec<usize>,
-        options: String,
-        actions: &Bound<'_, RangeMap>,
-        num_threads: Option<usize>,
-        count_components: bool,
-        seed: u64,
-    ) -> Result<Self, CoreError> {
+    #[pyo3(signature = (*arguments))]
+    fn new(arguments: &Bound<'_, PyTuple>) -> Result<Self, CoreError> {
+        let mut made_from: Arguments = arguments.extract()?;
+        let (scenarios, slots, options, actions, num_threads, count_components, seed) = &made_from;
         let parsed = scenarios.iter().map(|document| flock(document));
         let parsed = parsed.collect::<PyResult<Vec<_>>>()?;
-        let config = EpisodeConfig::from_json(&options).map_err(CoreError::from)?;
+        let config = EpisodeConfig::from_json(options).map_err(CoreError::from)?;
         let per_slot: Option<Vec<_>> = slots
             .iter()
             .map(|index| parsed.get(*index).cloned())
@@ -85,13 +79,14 @@ impl FlockBatch {
             return Err(Error::input("slots", expected, format!("{slots:?}")).into());
         };
         let mut inner = match per_slot.first().map_or(2, |scenario| scenario.dimension) {
-            2 => Inner::Plane(Batch::with_scenarios(&per_slot, config, num_threads)?),
-            _ => Inner::Space(Batch::with_scenarios(&per_slot, config, num_threads)?),
+            2 => Inner::Plane(Batch::with_scenarios(&per_slot, config, *num_threads)?),
+            _ => Inner::Space(Batch::with_scenarios(&per_slot, config, *num_threads)?),
         };
-        by_dimension!(&mut inner, batch => batch.seed(seed));
+        by_dimension!(&mut inner, batch => batch.seed(*seed));
         let (rows, row_length) = by_dimension!(&inner, batch => (batch.rows(), batch.row_length()));
-        let (num_flocks, actions) = (slots.len(), actions.get().clone());
-        let copied = actions.clone();
+        let (num_flocks, actions, count_components) =
+            (slots.len(), actions.clone(), *count_components);
+        made_from.6 = 0;
         Ok(Self {
             inner,
             actions,
@@ -99,15 +94,7 @@ impl FlockBatch {
             rows,
             row_length,
             num_flocks,
-            made_from: (
-                scenarios,
-                slots,
-                options,
-                copied,
-                num_threads,
-                count_components,
-                0,
-            ),
+            made_from,
             scratch: Default::default(),
         })
     }

@@ -6,7 +6,7 @@ use flockesc_core::Error;
 use flockesc_core::bindings::VariantNames;
 use pyo3::PyClass;
 use pyo3::call::PyCallArgs;
-use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError, PyRuntimeError};
+use pyo3::exceptions::{PyKeyboardInterrupt, PyMemoryError};
 use pyo3::prelude::*;
 use pyo3::pyclass::boolean_struct::False;
 
@@ -67,18 +67,6 @@ fn raised<A: for<'py> PyCallArgs<'py>>(class: &str, arguments: A) -> PyErr {
 pub(crate) fn named<T: FromStr + VariantNames>(field: &str, name: &str) -> Result<T, CoreError> {
     let expected = || format!("one of {}", T::VARIANTS.join(", "));
     T::from_str(name).map_err(|_| Error::input(field, expected(), name).into())
-}
-
-/// Creates the exception for a worker thread that panicked, which is a bug in the core.
-pub(crate) fn worker_died() -> PyErr {
-    PyRuntimeError::new_err("a worker thread of flockesc_env panicked; please report this bug")
-}
-
-/// Creates the exception for a child process that was forked by a callback or a signal handler during a call.
-pub(crate) fn forked_within() -> PyErr {
-    PyRuntimeError::new_err(
-        "the process was forked during this call; only the parent process can finish the call",
-    )
 }
 
 /// Borrows the object behind a method that changes it.

@@ -1,40 +1,49 @@
 //! Python functions for the neighbor graph of a flock and the matrices of a line.
 
 use flockesc_core::bindings::memory;
-use flockesc_core::{FlockConfig, NeighborGraph, Result};
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use flockesc_core::{FlockConfig, NeighborGraph, Result, laplacian, perron_matrix};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 
-use crate::arrays::{Object, shaped};
+use crate::arrays::{Object, array, shaped};
 use crate::errors::CoreError;
 use crate::long_call::run;
 
-#[pyfunction]
-pub(crate) fn component_labels<'py>(
-    py: Python<'py>,
-    scenario: Option<&str>,
-    positions: PyReadonlyArray2<'py, f64>,
-    velocities: PyReadonlyArray2<'py, f64>,
-    ranges: PyReadonlyArray1<'py, f64>,
-) -> PyResult<Bound<'py, PyArray1<i64>>> {
-    let arguments = arguments(scenario, &positions, &velocities, &ranges)?;
-    let n = arguments.num_agents();
-    let labels = run_detached(py, n, move || arguments.component_labels())?;
-    let labels: Vec<i64> = labels.into_iter().map(i64::from).collect();
-    Ok(labels.into_pyarray(py))
+/// Scenario (`None`: metric neighbors), positions, velocities and ranges of a flock.
+#[derive(FromPyObject)]
+pub(crate) struct Graph<'py>(
+    Option<String>,
+    PyReadonlyArray2<'py, f64>,
+    PyReadonlyArray2<'py, f64>,
+    PyReadonlyArray1<'py, f64>,
+);
+
+impl Graph<'_> {
+    fn parsed(self) -> PyResult<NeighborGraph> {
+        let Self(scenario, positions, velocities, ranges) = self;
+        let scenario = scenario.as_deref().map(FlockConfig::from_json).transpose();
+        Ok(NeighborGraph {
+            scenario: scenario.map_err(CoreError::from)?,
+            dimension: positions.shape()[1],
+            positions: positions.as_slice()?.to_vec(),
+            velocities: velocities.as_slice()?.to_vec(),
+            ranges: ranges.as_slice()?.to_vec(),
+        })
+    }
 }
 
 #[pyfunction]
-pub(crate) fn neighbor_pairs<'py>(
-    py: Python<'py>,
-    scenario: Option<&str>,
-    positions: PyReadonlyArray2<'py, f64>,
-    velocities: PyReadonlyArray2<'py, f64>,
-    ranges: PyReadonlyArray1<'py, f64>,
-) -> Object<'py> {
-    let arguments = arguments(scenario, &positions, &velocities, &ranges)?;
-    let flat: Vec<i64> = run_detached(py, arguments.num_agents(), move || {
-        let pairs = arguments.pairs()?;
+pub(crate) fn component_labels<'py>(py: Python<'py>, graph: Graph<'py>) -> Object<'py> {
+    let graph = graph.parsed()?;
+    let labels = run_detached(py, graph.num_agents(), move || graph.component_labels())?;
+    Ok(array(py, labels.into_iter().map(i64::from).collect()))
+}
+
+#[pyfunction]
+pub(crate) fn neighbor_pairs<'py>(py: Python<'py>, graph: Graph<'py>) -> Object<'py> {
+    let graph = graph.parsed()?;
+    let flat: Vec<i64> = run_detached(py, graph.num_agents(), move || {
+        let pairs = graph.pairs()?;
         let mut flat = memory::vector("interaction_range", 2 * pairs.len())?;
         for (i, j) in pairs {
             flat.extend([i64::from(i), i64::from(j)]);
@@ -45,50 +54,20 @@ pub(crate) fn neighbor_pairs<'py>(
     shaped(py, flat, [pairs, 2])
 }
 
-fn arguments(
-    scenario: Option<&str>,
-    positions: &PyReadonlyArray2<'_, f64>,
-    velocities: &PyReadonlyArray2<'_, f64>,
-    ranges: &PyReadonlyArray1<'_, f64>,
-) -> PyResult<NeighborGraph> {
-    let scenario = scenario.map(FlockConfig::from_json).transpose();
-    Ok(NeighborGraph {
-        scenario: scenario.map_err(CoreError::from)?,
-        dimension: positions.shape()[1],
-        positions: positions.as_slice()?.to_vec(),
-        velocities: velocities.as_slice()?.to_vec(),
-        ranges: ranges.as_slice()?.to_vec(),
-    })
-}
-
+/// Returns the Perron matrix or the Laplacian of a line's neighbor graph, shape (n, n).
 #[pyfunction]
-pub(crate) fn laplacian<'py>(
+pub(crate) fn line_matrix<'py>(
     py: Python<'py>,
     states: PyReadonlyArray1<'py, f64>,
-    interaction_range: f64,
-) -> Object<'py> {
-    matrix(py, &states, interaction_range, flockesc_core::laplacian)
-}
-
-#[pyfunction]
-pub(crate) fn perron_matrix<'py>(
-    py: Python<'py>,
-    states: PyReadonlyArray1<'py, f64>,
-    interaction_range: f64,
-) -> Object<'py> {
-    matrix(py, &states, interaction_range, flockesc_core::perron_matrix)
-}
-
-/// Computes a matrix of a line's neighbor graph, shape (n, n).
-fn matrix<'py>(
-    py: Python<'py>,
-    states: &PyReadonlyArray1<'py, f64>,
     range: f64,
-    compute: fn(&[f64], f64) -> Result<Vec<f64>>,
+    is_perron: bool,
 ) -> Object<'py> {
     let states = states.as_slice()?.to_vec();
     let n = states.len();
-    let entries = run_detached(py, n, move || compute(&states, range))?;
+    let entries = run_detached(py, n, move || {
+        let matrix = if is_perron { perron_matrix } else { laplacian };
+        matrix(&states, range)
+    })?;
     shaped(py, entries, [n, n])
 }
 

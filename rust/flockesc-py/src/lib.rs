@@ -27,14 +27,14 @@ mod _core {
     #[pymodule_export]
     use crate::flock::Flock;
     #[pymodule_export]
-    use crate::graph::{component_labels, laplacian, neighbor_pairs, perron_matrix};
+    use crate::graph::{component_labels, line_matrix, neighbor_pairs};
     #[pymodule_export]
     use crate::line::LineEpisode;
     #[pymodule_export]
     use crate::models::{
         check_flock_scenario, check_line_scenario, check_memory, drawn_flock_scenario,
         episode_seed, kinds, line_observation_entries, observation_entries,
-        predator_observation_entries, simulate_line, sweep_flock, sweep_line,
+        predator_observation_entries, simulate_line, sweep,
     };
     #[pymodule_export]
     use crate::rollout::{log1p, network_outputs, rollout_line, tanh_layers};
@@ -42,17 +42,11 @@ mod _core {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         load_numpy(module.py())?;
-        let when = [(
-            "after_in_child",
-            wrap_pyfunction!(crate::long_call::forked, module)?,
-        )];
+        let forked = wrap_pyfunction!(crate::long_call::forked, module)?;
+        let when = [("after_in_child", forked)].into_py_dict(module.py())?;
         let os = module.py().import("os")?;
         if os.hasattr("register_at_fork")? {
-            os.call_method(
-                "register_at_fork",
-                (),
-                Some(&when.into_py_dict(module.py())?),
-            )?;
+            os.call_method("register_at_fork", (), Some(&when))?;
         }
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }

@@ -7,10 +7,11 @@ use std::thread;
 use std::time::Duration;
 
 use flockesc_core::{Error, Progress};
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::marker::Ungil;
 use pyo3::prelude::*;
 
-use crate::errors::{CoreError, forked_within, worker_died};
+use crate::errors::CoreError;
 
 /// Interval between checks for signals.
 const POLL: Duration = Duration::from_millis(50);
@@ -136,14 +137,18 @@ pub(crate) fn long_step<T: Send + 'static>(
                 return outcome.map_err(|error| (CoreError::from(error).into(), None));
             }
             Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return Err((worker_died(), None)),
+            Err(RecvTimeoutError::Disconnected) => {
+                let message = "a worker thread of flockesc_env panicked; please report this bug";
+                return Err((PyRuntimeError::new_err(message), None));
+            }
         }
         if let Err(error) = py.check_signals() {
             return Err((error, receive(grace).ok().and_then(Result::ok)));
         }
         report(&progress).map_err(|error| (error, None))?;
         if process::id() != caller {
-            return Err((forked_within(), None));
+            let message = "the process was forked during this call; only the parent process can finish the call";
+            return Err((PyRuntimeError::new_err(message), None)); // by a callback or a signal handler
         }
     }
 }

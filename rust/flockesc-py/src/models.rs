@@ -82,58 +82,42 @@ pub(crate) fn simulate_line<'py>(
     Ok(dict)
 }
 
-/// Returns one array per outcome of all runs, shape (ranges, seeds). `report` is called with the number of
-/// finished runs.
+/// Returns one array per outcome of all runs of a "flock" or a "line", shape (ranges, seeds). `report` is called with
+/// the number of finished runs.
 #[pyfunction]
-pub(crate) fn sweep_flock<'py>(
+pub(crate) fn sweep<'py>(
     py: Python<'py>,
+    model: &str,
     scenario: &str,
     ranges: PyReadonlyArray1<'py, f64>,
     seeds: PyReadonlyArray1<'py, u64>,
     num_threads: Option<usize>,
     report: Option<&Bound<'py, PyAny>>,
 ) -> Dict<'py> {
-    let config = flock(scenario)?;
     let (ranges, seeds) = (ranges.as_slice()?.to_vec(), seeds.as_slice()?.to_vec());
-    let shape = [ranges.len(), seeds.len()];
-    let cells = long_call(py, report, move |progress| {
-        flockesc_core::sweep_flock(&config, &ranges, &seeds, num_threads, progress)
-    })?;
-    let dict = PyDict::new(py);
-    for (index, objective) in Objective::ALL.iter().enumerate() {
-        let values = grid(py, &cells, shape, |cell| cell.objectives[index])?;
-        dict.set_item(objective.name(), values)?;
-    }
-    let components = grid(py, &cells, shape, |cell| cell.num_components as i64)?;
+    let (shape, dict) = ([ranges.len(), seeds.len()], PyDict::new(py));
+    let components = if model == "flock" {
+        let config = flock(scenario)?;
+        let cells = long_call(py, report, move |progress| {
+            flockesc_core::sweep_flock(&config, &ranges, &seeds, num_threads, progress)
+        })?;
+        for (index, objective) in Objective::ALL.iter().enumerate() {
+            let values = grid(py, &cells, shape, |cell| cell.objectives[index])?;
+            dict.set_item(objective.name(), values)?;
+        }
+        grid(py, &cells, shape, |cell| cell.num_components as i64)?
+    } else {
+        let config = Arc::new(LineConfig::from_json(scenario).map_err(CoreError::from)?);
+        let cells = long_call(py, report, move |progress| {
+            flockesc_core::sweep_line(&config, &ranges, &seeds, num_threads, progress)
+        })?;
+        let distances = grid(py, &cells, shape, |cell| cell.escape_distance)?;
+        dict.set_item("escape_distance", distances)?;
+        dict.set_item("converged", grid(py, &cells, shape, |cell| cell.converged)?)?;
+        grid(py, &cells, shape, |cell| cell.num_components as i64)?
+    };
     dict.set_item("num_components", components)?;
     Ok(dict)
-}
-
-/// Returns one array per outcome of all runs, as `sweep_flock` does.
-#[pyfunction]
-pub(crate) fn sweep_line<'py>(
-    py: Python<'py>,
-    scenario: &str,
-    ranges: PyReadonlyArray1<'py, f64>,
-    seeds: PyReadonlyArray1<'py, u64>,
-    num_threads: Option<usize>,
-    report: Option<&Bound<'py, PyAny>>,
-) -> Dict<'py> {
-    let config = Arc::new(LineConfig::from_json(scenario).map_err(CoreError::from)?);
-    let (ranges, seeds) = (ranges.as_slice()?.to_vec(), seeds.as_slice()?.to_vec());
-    let shape = [ranges.len(), seeds.len()];
-    let cells = long_call(py, report, move |progress| {
-        flockesc_core::sweep_line(&config, &ranges, &seeds, num_threads, progress)
-    })?;
-    let components = grid(py, &cells, shape, |cell| cell.num_components as i64)?;
-    let distances = grid(py, &cells, shape, |cell| cell.escape_distance)?;
-    let converged = grid(py, &cells, shape, |cell| cell.converged)?;
-    [
-        ("escape_distance", distances),
-        ("num_components", components),
-        ("converged", converged),
-    ]
-    .into_py_dict(py)
 }
 
 /// Returns the seed of the `episode`-th episode after an episode with seed `seed`.
