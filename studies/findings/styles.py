@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import msgspec
+import numpy as np
 
 from flockesc_env import NetworkPolicy
 from flockesc_env.common.files import write_text
@@ -41,7 +42,7 @@ def style(policy: bytes, forgets: bool, flocks: range) -> Arrays:
         entry = without_memory(entry)
     watched, known = watch(entry, flocks), entry.policy_spec
     shape = (len(watched.ranges), len(flocks), -1)
-    ranges = watched.ranges.reshape(shape)
+    ranges = np.array(watched.ranges).reshape(shape)
     cosine = watched.entry("predator_direction_ahead").reshape(shape)
     listens, scenario = ranges >= SILENT, known.scenario
     seconds = (len(ranges) - 1) * known.options.steps_per_action * scenario.time_step
