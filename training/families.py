@@ -126,7 +126,7 @@ class Rules:
     def _family(self) -> tuple[Callable[..., Rule], tuple[_Number, ...]]:
         if self.name != FIXED:
             return RULES[self.name]
-        best = next(iter(self.run.task.scales.values())).best_fixed_range
+        best = self.run.task.best_fixed_range
         return FixedRange, ((best, best / 8, "range"),)
 
     @property

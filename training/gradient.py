@@ -64,7 +64,7 @@ class GradientRounds(NetworkRounds[GradientArguments]):
         args = hyperparameters_of(run, GradientArguments)
         super().__init__(run, args, args.updates)
         first, longest = run.learner.first_range, run.options["max_range"]
-        first = next(iter(run.task.scales.values())).best_fixed_range if first is None else first
+        first = run.task.best_fixed_range if first is None else first
         if not 0 < first < longest:
             raise InputError("first_range", f"above 0 and below {longest} m", first)
         if args.memory > min(args.hidden, default=0):

@@ -138,6 +138,11 @@ class Task:
         return "agent" if self.per_agent else self.spec.model
 
     @property
+    def best_fixed_range(self) -> float:
+        """The best fixed range of the first scenario, in m for a flock."""
+        return next(iter(self.scales.values())).best_fixed_range
+
+    @property
     def rule(self) -> str:
         """Name of the best rule with numbers that a search chose: the learner ``rule``, its first seed."""
         return f"{self.name}/rule"
@@ -283,8 +288,7 @@ class Task:
         if found.algorithm in OWN_ALGORITHMS:
             command = f"python -m training train {self.name} --learner {learner} runs this one"
             raise InputError("learner", f"one of stable-baselines3; {command}", repr(learner))
-        best = next(iter(self.scales.values())).best_fixed_range
-        return found.arguments(self.spec_with(**found.options), best)
+        return found.arguments(self.spec_with(**found.options), self.best_fixed_range)
 
     def compare(
         self,

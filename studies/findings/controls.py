@@ -21,7 +21,6 @@ from flockesc_env.policies.setup import setup
 from flockesc_env.taskset import Task
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, means, play_jobs, policy_of, share_of, split, values_by, write_rows
-from studies.scoreboard.board import best_fixed_range
 
 EXCHANGED_FILE: Final = "exchanged.parquet"
 BLOCKED_FILE: Final = "blocking.parquet"
@@ -102,7 +101,7 @@ def measure_exchanged(headlines: Sequence[Headline], scale: float, runner: Runne
     flocks = share_of(HELD_OUT, EXCHANGING_FLOCKS, scale)
     played: dict[str, str | bytes] = {RULES[0]: RULES[0]}
     played |= {one.task.name: one.content for one in headlines if one.task.name in EXCHANGED}
-    played["fixed"] = f"fixed:{best_fixed_range(tasks[EXCHANGED[0]]):.12g}"
+    played["fixed"] = f"fixed:{tasks[EXCHANGED[0]].best_fixed_range:.12g}"
     jobs = {
         name: split(exchange, policy, FlockScenario(), flocks=flocks, size=20, seconds=0.3)
         for name, policy in played.items()
@@ -130,7 +129,7 @@ def measure_blocked(headlines: Sequence[Headline], scale: float, runner: Runner,
     jobs = {}
     for (name, (policy, task)), blocked in product(played.items(), BLOCKED):
         scenario: Any = task.scenario.replace(blocks_warnings=blocked)
-        fixed = f"fixed:{best_fixed_range(task):.12g}"
+        fixed = f"fixed:{task.best_fixed_range:.12g}"
         jobs[name, blocked, "objective"] = play_jobs(policy, scenario, task.spec.name, flocks)
         jobs[name, blocked, "fixed"] = play_jobs(fixed, scenario, task.spec.name, flocks)
     found, rows = runner.run(jobs, "Warnings"), []

@@ -20,7 +20,7 @@ from flockesc_env.render.palette import LIGHT
 from flockesc_env.taskset.results import is_file
 from flockesc_env.taskset.statistics import difference, means
 from studies.measurements import Runner, policy_of, share_of, split
-from studies.scoreboard.board import BOARD, best_fixed_range
+from studies.scoreboard.board import BOARD
 from studies.scoreboard.report import Entry
 from studies.study import document
 from studies.style import letter, subplots
@@ -86,7 +86,7 @@ def measure(pairs: Iterable[tuple[Entry, Entry]], scale: float, runner: Runner, 
     found = runner.run(jobs, "Loads")
     for name, (learned, chosen) in entries.items():
         fixed, rule, learner = (found[name, kind] for kind in ("fixed", "rule", "learner"))
-        place = tasks[name].scenario.search_ranges.index(best_fixed_range(tasks[name]))
+        place = tasks[name].scenario.search_ranges.index(tasks[name].best_fixed_range)
         best = {column: values[[place]] for column, values in fixed.items()}
         kinds = {"fixed": best, "rule": rule, "learner": learner}
         gains = {"rule": at_equal_load(rule, fixed), "learner": at_equal_load(learner, fixed)}

@@ -126,7 +126,7 @@ def _rules() -> Iterator[_Unscored]:
         for rule in ("random", *rules_of(task)):
             yield rule, task, [rule], None
         if len(task.scales) == 1:
-            yield "fixed-range", task, [f"fixed:{best_fixed_range(task):g}"], None
+            yield "fixed-range", task, [f"fixed:{task.best_fixed_range:g}"], None
 
 
 def _trained(trained: Mapping[Key, Arrays]) -> Iterator[_Unscored]:
@@ -185,11 +185,6 @@ def score_of(result: Result) -> Estimate:
     """Return the mean score; its interval covers training seeds, flocks and the error of score 1."""
     (score,) = means(scores_of(result)[np.newaxis])
     return with_reference_error(score, tasks[result.task])
-
-
-def best_fixed_range(task: Task) -> float:
-    """Return the best fixed range in the first scenario of a task."""
-    return next(iter(task.scales.values())).best_fixed_range
 
 
 def column_of(task: Task, scenario: str) -> str:

@@ -19,7 +19,6 @@ from flockesc_env.episodes.splits import TUNING
 from flockesc_env.jobs import Arrays
 from flockesc_env.taskset.task import Task, tasks
 from studies.measurements import Runner, sign, split
-from studies.scoreboard.board import best_fixed_range
 from studies.scoreboard.trainings import TRANSFERRED
 from studies.study import document
 
@@ -48,7 +47,7 @@ def pairs_of(task: Task) -> list[tuple[float, float]]:
     if not task.per_agent or task.name in TRANSFERRED:
         return []
     largest = float(task.options["max_range"])
-    best = min(best_fixed_range(task), largest)
+    best = min(task.best_fixed_range, largest)
     other = largest if best < largest else largest / 2
     return [(best, 0.0), (best, other)]
 

@@ -19,7 +19,6 @@ from studies.__main__ import STUDIES
 from studies.findings import controls, headlines, listening, loads, losses, styles
 from studies.findings.report import Findings, report
 from studies.measurements import Runner, play, policy_of
-from studies.scoreboard.board import best_fixed_range
 from studies.study import REPORT
 
 ROOT = Path(__file__).parents[2]
@@ -39,7 +38,7 @@ def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> 
         kept = table.filter(blocked=blocked)[: len(flocks)]
         played = play(one.content, scenario, one.task.spec.name, flocks)["objective"]
         assert kept["objective"].to_list() == played.tolist()
-        fixed = play(f"fixed:{best_fixed_range(one.task):g}", scenario, one.task.spec.name, flocks)[
+        fixed = play(f"fixed:{one.task.best_fixed_range:g}", scenario, one.task.spec.name, flocks)[
             "objective"
         ]
         assert kept["fixed"].to_list() == fixed.tolist()
