@@ -1,6 +1,6 @@
 """Figures of a comparison: one flock over time, one flock under attack."""
 
-from itertools import cycle, islice, pairwise
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +19,14 @@ Run = tuple[str, Trajectory]
 """Name of a policy, and the run of the flock under it."""
 
 
-def _colors(count: int) -> list[str]:
-    """Return a color per policy: the first is the best fixed range, the last the policy compared with it."""
-    return [LIGHT.fixed, *islice(cycle(LIGHT.others), count - 2), LIGHT.learned]
+_COLORS = (LIGHT.fixed, LIGHT.learned)
+"""Colors of the best fixed range and of the policy that is compared with it."""
 
 
-def _title(name: str, place: int, count: int) -> str:
-    """Return the title of a policy; the last one is learned, and its run's name says nothing to others."""
+def _title(name: str, place: int) -> str:
+    """Return the title of a policy; the second one is learned, and its run's name says nothing to others."""
     title = policy_title(name)
-    return "learned policy" if place == count - 1 and title == name else title
+    return "learned policy" if place and title == name else title
 
 
 def flock_over_time(runs: list[Run], objective: ObjectiveSpec, folder: Path) -> Path:
@@ -35,8 +34,8 @@ def flock_over_time(runs: list[Run], objective: ObjectiveSpec, folder: Path) -> 
     figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
     above, below = figure.subplots(2, sharex=True, height_ratios=(3, 2))
     ends = []
-    for place, ((name, trajectory), color) in enumerate(zip(runs, _colors(len(runs)), strict=True)):
-        title, values = _title(name, place, len(runs)), getattr(trajectory, objective.series)
+    for place, ((name, trajectory), color) in enumerate(zip(runs, _COLORS, strict=True)):
+        title, values = _title(name, place), getattr(trajectory, objective.series)
         lowest = np.minimum.accumulate(values)
         above.plot(trajectory.times, values, color=color, lw=0.7)
         above.plot(trajectory.times, lowest, color=color, lw=2)
@@ -65,7 +64,7 @@ def flock_over_time(runs: list[Run], objective: ObjectiveSpec, folder: Path) -> 
     above.set_ylabel(objective.with_unit(objective.label))
     above.set_title(f"One flock (seed {runs[0][1].seed}): {objective.symbol} so far; thin: the value now")
     below.set_ylabel("agents (%)")
-    below.set_title(f"How far agents listen: {_title(name, len(runs) - 1, len(runs))}")
+    below.set_title(f"How far agents listen: {_title(name, 1)}")
     below.set_xlabel("time (s)")
     below.set_ylim(0, 100)
     below.margins(x=0)
@@ -92,17 +91,17 @@ def flock_under_attack(
         reached = getattr(trajectory, objective.series).min()
         gain = f", gain {objective.text(reached - baseline, '+')}" if place else ""
         part.suptitle(
-            f"{_title(name, place, len(runs))}: {objective.symbol} {objective.text(reached)}{gain}",
+            f"{_title(name, place)}: {objective.symbol} {objective.text(reached)}{gain}",
             x=0.01,
             ha="left",
-            color=_colors(len(runs))[place],
+            color=_COLORS[place],
             fontweight="bold",
         )
         panels = part.subplots(1, len(times), sharex=True, sharey=True, squeeze=False)[0]
         for axes, step in zip(panels, steps, strict=True):
             arrows = _snapshot(axes, trajectory, step, top)
             axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-            if place == len(runs) - 1:
+            if place:
                 axes.set_xlabel("x (m)")
         panels[0].set_ylabel("y (m)")
         part.colorbar(arrows, ax=list(panels), label="range (m)", aspect=12, ticks=np.linspace(0, top, 5))
