@@ -153,14 +153,14 @@ TOOL := $(UV) tool run --quiet --python $(PYTHON)
 TWINE := $(TOOL) twine@7.0.0
 # A wheel is built again only if a file that it holds, or is built from, has changed. WHEEL_TESTS find what it lacks.
 HELD := flockesc_env rust/flockesc-* Cargo.toml Cargo.lock pyproject.toml README.md LICENSE
-BUILT = dist/.$@-$(shell git ls-files $(HELD) | xargs sha256sum 2> /dev/null | sha256sum | cut -c -16)
+BUILT = dist/.$(@:new-%=%)-$(shell git ls-files $(HELD) | xargs sha256sum 2> /dev/null | sha256sum | cut -c -16)
 WHEEL_TESTS := $(UV) run --quiet --no-project --isolated --python $(PYTHON) --with pytest --with dist/*$$(uname -m).whl \
   python -P -m pytest compat/test_wheel.py -k 'hold or page'
 .PHONY: wheel wheel-aarch64
 wheel: $(UV) ## build a portable wheel and a source distribution in dist
 wheel-aarch64: wheel ## build a portable wheel for Linux on ARM in dist
 wheel wheel-aarch64:
-	[ -e $(BUILT) ] || { $(MAKE) new-$@ && touch $(BUILT); }
+	[ -e $(BUILT) ] || $(MAKE) new-$@
 
 .PHONY: new-wheel
 new-wheel: engine
@@ -169,6 +169,7 @@ new-wheel: engine
 	$(MATURIN_BUILD) --sdist
 	$(TWINE) check --strict dist/*
 	$(WHEEL_TESTS)
+	touch $(BUILT)
 
 .PHONY: new-wheel-aarch64
 new-wheel-aarch64: engine
@@ -178,6 +179,7 @@ new-wheel-aarch64: engine
 	$(MATURIN_BUILD) --target aarch64-unknown-linux-gnu
 	$(TWINE) check --strict dist/*
 	$(WHEEL_TESTS)
+	touch $(BUILT)
 
 # ARM in an emulator: Debian's Python and qemu are downloaded into $(COMPAT)/aarch64.
 GOLDEN := model/test_golden.py envs/test_golden_states.py envs/test_golden_episodes.py::test_episodes_equal_the_golden_ones \
