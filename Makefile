@@ -151,23 +151,39 @@ WITHOUT_RUST := env -i HOME=$(HOME) PATH=/usr/bin:/bin
 MATURIN_BUILD := $(BIN)/maturin build --release --zig --compatibility manylinux2014 --out dist
 TOOL := $(UV) tool run --quiet --python $(PYTHON)
 TWINE := $(TOOL) twine@7.0.0
-.PHONY: wheel
-wheel: $(UV) engine ## build a portable wheel and a source distribution in dist
+# A wheel is built again only if a file that it holds, or is built from, has changed. WHEEL_TESTS find what it lacks.
+HELD := flockesc_env rust/flockesc-* Cargo.toml Cargo.lock pyproject.toml README.md LICENSE
+BUILT = dist/.$(@:new-%=%)-$(shell git ls-files $(HELD) | xargs sha256sum 2> /dev/null | sha256sum | cut -c -16)
+WHEEL_TESTS := $(UV) run --quiet --no-project --isolated --python $(PYTHON) --with pytest --with dist/*$$(uname -m).whl \
+  python -P -m pytest compat/test_wheel.py -k 'hold or page'
+.PHONY: wheel wheel-aarch64
+wheel: $(UV) ## build a portable wheel and a source distribution in dist
+wheel-aarch64: wheel ## build a portable wheel for Linux on ARM in dist
+wheel wheel-aarch64:
+	[ -e $(BUILT) ] || $(MAKE) new-$@
+
+.PHONY: new-wheel
+new-wheel: engine
 	rm -rf dist
 	$(INSTALL) --extra release
 	$(MATURIN_BUILD) --sdist
 	$(TWINE) check --strict dist/*
+	$(WHEEL_TESTS)
+	touch $(BUILT)
 
-# ARM in an emulator: Debian's Python and qemu are downloaded into $(COMPAT)/aarch64.
-GOLDEN := model/test_golden.py envs/test_golden_states.py envs/test_golden_episodes.py::test_episodes_equal_the_golden_ones \
-  policies/test_network_rollout.py::test_outcomes_equal_the_golden_data
-.PHONY: wheel-aarch64
-wheel-aarch64: $(UV) engine ## build a portable wheel for Linux on ARM in dist
+.PHONY: new-wheel-aarch64
+new-wheel-aarch64: engine
+	rm -f dist/.wheel-aarch64-*
 	rustup target add aarch64-unknown-linux-gnu
 	$(INSTALL) --extra release
 	$(MATURIN_BUILD) --target aarch64-unknown-linux-gnu
 	$(TWINE) check --strict dist/*
+	$(WHEEL_TESTS)
+	touch $(BUILT)
 
+# ARM in an emulator: Debian's Python and qemu are downloaded into $(COMPAT)/aarch64.
+GOLDEN := model/test_golden.py envs/test_golden_states.py envs/test_golden_episodes.py::test_episodes_equal_the_golden_ones \
+  policies/test_network_rollout.py::test_outcomes_equal_the_golden_data
 .PHONY: compat-aarch64
 compat-aarch64: wheel-aarch64 ## play the golden episodes with the ARM wheel in qemu (Debian; about 10 minutes)
 	compat/aarch64.sh $(COMPAT)/aarch64 $(UV) $(GOLDEN:%=tests/%)
@@ -185,6 +201,50 @@ $(ENVIRONMENTS:%=compat-%): compat-%: wheel
 	$(UV) pip check --quiet --python $(COMPAT)/$*
 	$(WITHOUT_RUST) $(COMPAT)/$*/bin/python -P -m pytest --junitxml=$(COMPAT)/$*.xml compat/test_wheel.py $(TESTS)
 	$(COMPAT)/$*/bin/python compat/record.py $* $(COMPAT)/$*.xml
+
+# A release, rehearsed: the package is installed by name and version from dist. The first two Python blocks of the README,
+# those of the tutorial, and the notebooks run in an empty folder, without Rust and without a checkout.
+VERSION = $(shell sed -n 's/^version: //p' CITATION.cff)
+PYTHONS := 3.11 3.12 3.13
+INSTALLED = $(COMPAT)/python$*
+RUN = cd $$(mktemp -d) && $(WITHOUT_RUST) PIP_FIND_LINKS=$(CURDIR)/dist $(CURDIR)/$(INSTALLED)/bin
+blocks = awk '/^```python/ {on = ++n <= $(2)} /^```$$/ {on = 0} on && !/^```/' $(CURDIR)/$(1)
+.PHONY: release-check $(PYTHONS:%=install-%) sdist-check site-check
+release-check: $(PYTHONS:%=install-%) sdist-check site-check compat-aarch64 compat ## rehearse a release (about two hours)
+	$(INSTALL) --extra dev --extra ray
+	$(PYTEST) tests/slow/test_ray.py tests/slow/test_slurm.py
+
+# A notebook installs the package itself. It finds torch, as on Colab.
+$(PYTHONS:%=install-%): install-%: wheel
+	$(UV) venv --quiet --clear --python $* $(INSTALLED)
+	$(UV) pip install --quiet --python $(INSTALLED) --torch-backend cpu ipykernel nbclient pip torch
+	$(foreach name,$(basename $(notdir $(wildcard examples/*.ipynb))),cp examples/$(name).ipynb $(INSTALLED) && \
+	  ($(RUN)/jupyter-execute --timeout 600 $(CURDIR)/$(INSTALLED)/$(name).ipynb) &&) true
+	$(UV) pip install --quiet --python $(INSTALLED) --torch-backend cpu --find-links dist --only-binary :all: \
+	  'flockesc-env[sb3,analysis]==$(VERSION)'
+	$(RUN)/python <($(call blocks,README.md,2))
+	$(RUN)/python <($(call blocks,docs/first-policy.md,9))
+
+sdist-check: wheel
+	$(UV) run --quiet --no-project --isolated --python $(PYTHON) --with dist/flockesc_env-$(VERSION).tar.gz \
+	  flockesc simulate fixed:10 --seed 7
+
+# wget fails at a dead link.
+PORT := 8765
+site-check: docs
+	$(BIN)/python -m http.server --bind localhost --directory target/docs $(PORT) 2> /dev/null & server=$$!; sleep 2; \
+	  wget --spider --recursive --level inf --no-verbose --execute robots=off --directory-prefix target/crawl \
+	  --output-file target/crawl.log http://localhost:$(PORT)/; found=$$?; kill $$server; \
+	  [ $$found = 0 ] || { tail -20 target/crawl.log; exit $$found; }
+
+# The switch to the released package, in one commit.
+export COLAB := https://colab.research.google.com
+.PHONY: released
+released: ## after the first release, with REPOSITORY=OWNER/NAME: pages install by name, notebooks get badges
+	perl -pi -e 's/pip install "\.\[/pip install "flockesc-env[/; s/  # in a checkout; Python 3.11, .*/  # Python 3.11 or newer/;' \
+	  -e 's/^You need Python 3.11 and .*/You need Python 3.11 or newer:/' README.md docs/first-policy.md
+	for name in examples/*.ipynb; do PAGE=$(COLAB)/github/$(REPOSITORY)/blob/main/$$name perl -0pi -e \
+	  's{("# [^"]*\\n",)}{$$1\n    "\\n",\n    "[![Open in Colab]($$ENV{COLAB}/assets/colab-badge.svg)]($$ENV{PAGE})\\n",}' $$name; done
 
 # Pins of .venv and of `make compat`. `make pins UPGRADE=` keeps existing pins if they are still valid.
 UPGRADE := --upgrade
