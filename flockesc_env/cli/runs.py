@@ -270,12 +270,11 @@ def watch(
         page = render(shown, replayed_content(shown))
     else:
         page = _policy_page(found, shown, seed, chosen)
+    path = output or Path(tempfile.mkdtemp(prefix="flockesc-")) / f"flock{_PAGE}"
+    write_text(path, page)
     if output is not None:
-        write_text(output, page)
         note(f"saved: {output}")
         return Exit.DONE
-    path = Path(tempfile.mkdtemp(prefix="flockesc-")) / f"flock{_PAGE}"
-    write_text(path, page)
     show(f"The page is {path}")
     if not no_browser:
         webbrowser.open(path.as_uri())

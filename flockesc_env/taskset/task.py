@@ -42,7 +42,6 @@ VERSION: Final = "v1"
 FLOCKS: Final = first_seeds(HELD_OUT, 1000)
 """Seeds of the flocks, or lines, that every policy is scored on."""
 
-
 Reference = Literal["free headings", "clairvoyant", "informed greedy", "hindsight"]
 
 
@@ -324,9 +323,9 @@ class Task:
                 raise InputError("env", f"flocks of {name}, as of vec_env(scenario={name!r})", shown(env))
             return replace(entry, scenario=chosen, num_threads=num_threads)
 
-        entries, grid = compare.prepared((self.rule, *policies), prepare), chosen.search_ranges
+        entries, grid = compare.prepared((self.rule, *policies), prepare), np.array(chosen.search_ranges)
         facts = {"scenario": name, "task": self.name, "rule": self.rule}
-        return compare.judged(entries, self.spec, np.array(grid), best, seeds, **facts)
+        return compare.judged(entries, self.spec, grid, best, seeds, **facts)
 
 
 class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -351,11 +350,9 @@ class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         known = msgspec.structs.asdict(self) | {
             "scenario": model,
             "scenarios": {one: scenarios[one] for one in self.scales},
-            "options": self.options
-            if model.model == "line"
-            else {**self.options, "objective": self.objective},
         }
-        del known["objective"]
+        objective = {"objective": known.pop("objective")}
+        known["options"] = self.options if model.model == "line" else self.options | objective
         return Task(name=name, spec=spec, preset=self.scenario, version=version, **known)
 
 
