@@ -171,6 +171,9 @@ def test_the_tables_have_hyperparameters_that_their_algorithms_take(task: str, n
         case "imitation":
             args = hyperparameters_of(run, ImitationArguments)
             assert {*args.inputs} <= {*run.policy_spec.layout.names}
+        case "gradient":
+            gradient = pytest.importorskip("training.gradient", reason="the extra jax is not installed")
+            assert hyperparameters_of(run, gradient.GradientArguments).updates
         case "rule":
             assert hyperparameters_of(run, RuleArguments).rounds
         case _:
