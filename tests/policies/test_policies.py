@@ -165,6 +165,28 @@ def test_policies_by_name_set_their_options() -> None:
     assert outcome(ours).tolist() == outcome(same).tolist()
 
 
+def test_a_rollout_decides_options_and_scenario_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One ``EnvOptions``, no scenario but the preset, one JSON document for the core."""
+    calls: list[str] = []
+    for owner, method in (
+        (fe.EnvOptions, "__init__"),
+        (fe.FlockScenario, "__init__"),
+        (fe.FlockScenario, "to_json"),
+    ):
+        real = getattr(owner, method)
+
+        def counted(self: Any, *given: Any, real: Any = real, **named: Any) -> Any:
+            calls.append(f"{type(self).__name__}.{real.__name__}")
+            return real(self, *given, **named)
+
+        monkeypatch.setattr(owner, method, counted)
+    fe.rollout("paper-flock", "stubborn-leaders", seeds=1)
+    assert sorted(calls) == ["EnvOptions.__init__", "FlockScenario.to_json"]
+    calls.clear()
+    fe.rollout(SCENARIO, "stubborn-leaders", seeds=1, max_range=50.0)
+    assert sorted(calls) == ["EnvOptions.__init__", "FlockScenario.to_json"]
+
+
 @pytest.mark.parametrize(
     ("wrap", "field"),
     [
