@@ -59,14 +59,14 @@ pub(crate) fn neighbor_pairs<'py>(py: Python<'py>, graph: Graph<'py>) -> Object<
 pub(crate) fn line_matrix<'py>(
     py: Python<'py>,
     states: PyReadonlyArray1<'py, f64>,
-    range: f64,
+    interaction_range: f64,
     is_perron: bool,
 ) -> Object<'py> {
     let states = states.as_slice()?.to_vec();
     let n = states.len();
     let entries = run_detached(py, n, move || {
         let matrix = if is_perron { perron_matrix } else { laplacian };
-        matrix(&states, range)
+        matrix(&states, interaction_range)
     })?;
     shaped(py, entries, [n, n])
 }
