@@ -104,11 +104,11 @@ lint: build ## check formatting, lints, types and stubs
 	  --allowlist <(echo flockesc_env._core.__all__) flockesc_env._core
 
 # DOCS_ONLINE=1 also links names of other projects, whose inventories it downloads. SITE is the address of the site,
-# for link previews of the playground.
+# for previews of links.
 .PHONY: docs
 docs: build engine ## build the documentation site with the playground in target/docs; warnings are errors
 	$(INSTALL) --extra docs
-	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d target/doctrees docs target/docs
+	SITE=$(SITE) $(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d target/doctrees docs target/docs
 	$(BIN)/python -m playground target/docs/playground $(SITE:%=%/playground/)
 
 .PHONY: notebooks
