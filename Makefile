@@ -217,10 +217,10 @@ release-check: $(PYTHONS:%=install-%) sdist-check site-check compat-aarch64 comp
 # A notebook installs the package itself. It finds torch, as on Colab.
 $(PYTHONS:%=install-%): install-%: wheel
 	$(UV) venv --quiet --clear --python $* $(INSTALLED)
-	$(UV) pip install --quiet --python $(INSTALLED) --torch-backend cpu ipykernel nbclient pip torch
+	$(UV) pip install --quiet --python $(INSTALLED) $(TORCH:%=--torch-backend %) ipykernel nbclient pip torch
 	$(foreach name,$(basename $(notdir $(wildcard examples/*.ipynb))),cp examples/$(name).ipynb $(INSTALLED) && \
 	  ($(RUN)/jupyter-execute --timeout 600 $(CURDIR)/$(INSTALLED)/$(name).ipynb) &&) true
-	$(UV) pip install --quiet --python $(INSTALLED) --torch-backend cpu --find-links dist --only-binary :all: \
+	$(UV) pip install --quiet --python $(INSTALLED) $(TORCH:%=--torch-backend %) --find-links dist --only-binary :all: \
 	  'flockesc-env[sb3,analysis]==$(VERSION)'
 	$(RUN)/python <($(call blocks,README.md,2))
 	$(RUN)/python <($(call blocks,docs/first-policy.md,9))
