@@ -39,6 +39,7 @@ def main(folder: Path, address: str = "", *, flocks: int = 1000) -> None:
     if site.exists():  # the documentation
         links |= {"README": "../index.html", "The paper, measured": "../paper.html"}
         links |= {"Documentation": "../first-policy.html"}
+    folder.mkdir(parents=True, exist_ok=True)
     for name in ["README.md", "CITATION.cff", "docs/paper.md", "docs/learned.gif"]:
         shutil.copyfile(ROOT / name, folder / Path(name).name)
     write_text(folder / "index.html", render([], content(links, address, flocks)))
