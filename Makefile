@@ -104,11 +104,11 @@ lint: build ## check formatting, lints, types and stubs
 	  --allowlist <(echo flockesc_env._core.__all__) flockesc_env._core
 
 # DOCS_ONLINE=1 also links names of other projects, whose inventories it downloads. SITE is the address of the site,
-# for link previews of the playground.
+# for previews of links.
 .PHONY: docs
 docs: build engine ## build the documentation site with the playground in target/docs; warnings are errors
 	$(INSTALL) --extra docs
-	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d target/doctrees docs target/docs
+	SITE=$(SITE) $(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet -d target/doctrees docs target/docs
 	$(BIN)/python -m playground target/docs/playground $(SITE:%=%/playground/)
 
 .PHONY: notebooks
@@ -217,10 +217,10 @@ release-check: $(PYTHONS:%=install-%) sdist-check site-check compat-aarch64 comp
 # A notebook installs the package itself. It finds torch, as on Colab.
 $(PYTHONS:%=install-%): install-%: wheel
 	$(UV) venv --quiet --clear --python $* $(INSTALLED)
-	$(UV) pip install --quiet --python $(INSTALLED) --torch-backend cpu ipykernel nbclient pip torch
+	$(UV) pip install --quiet --python $(INSTALLED) $(TORCH:%=--torch-backend %) ipykernel nbclient pip torch
 	$(foreach name,$(basename $(notdir $(wildcard examples/*.ipynb))),cp examples/$(name).ipynb $(INSTALLED) && \
 	  ($(RUN)/jupyter-execute --timeout 600 $(CURDIR)/$(INSTALLED)/$(name).ipynb) &&) true
-	$(UV) pip install --quiet --python $(INSTALLED) --torch-backend cpu --find-links dist --only-binary :all: \
+	$(UV) pip install --quiet --python $(INSTALLED) $(TORCH:%=--torch-backend %) --find-links dist --only-binary :all: \
 	  'flockesc-env[sb3,analysis]==$(VERSION)'
 	$(RUN)/python <($(call blocks,README.md,2))
 	$(RUN)/python <($(call blocks,docs/first-policy.md,9))
@@ -229,12 +229,12 @@ sdist-check: wheel
 	$(UV) run --quiet --no-project --isolated --python $(PYTHON) --with dist/flockesc_env-$(VERSION).tar.gz \
 	  flockesc simulate fixed:10 --seed 7
 
-# wget fails at a dead link.
+# wget fails at a dead link. A frame of a notebook has an empty icon, which wget takes for a link.
 PORT := 8765
 site-check: docs
 	$(BIN)/python -m http.server --bind localhost --directory target/docs $(PORT) 2> /dev/null & server=$$!; sleep 2; \
-	  wget --spider --recursive --level inf --no-verbose --execute robots=off --directory-prefix target/crawl \
-	  --output-file target/crawl.log http://localhost:$(PORT)/; found=$$?; kill $$server; \
+	  wget --spider --recursive --level inf --no-verbose --execute robots=off --reject-regex data: \
+	  --directory-prefix target/crawl --output-file target/crawl.log http://localhost:$(PORT)/; found=$$?; kill $$server; \
 	  [ $$found = 0 ] || { tail -20 target/crawl.log; exit $$found; }
 
 # The switch to the released package, in one commit.

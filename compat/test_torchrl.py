@@ -256,5 +256,5 @@ def test_settings_are_not_assigned_after_creation() -> None:
     env = FlockTorchRLEnv(2, SCENARIO)
     for name in ("scenario", "options", "max_range", "render_mode"):
         with pytest.raises(InputError, match=f"{name}: expected no assignment after creation"):
-            setattr(env, name, None)
+            setattr(env, name, "another")
     check_env_specs(env.to("cpu"))

@@ -55,3 +55,10 @@ html_title = f"flockesc_env {release}"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_copyright = False
+
+# The address of the site, for previews of links, which need a picture with an absolute address.
+if html_baseurl := os.environ.get("SITE", ""):
+    myst_html_meta = {
+        "property=og:title": html_title,
+        "property=og:image": f"{html_baseurl.rstrip('/')}/_images/learned.gif",
+    }

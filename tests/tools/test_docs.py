@@ -55,7 +55,7 @@ WITH_EXAMPLES = [
 
 SOURCES = (
     *("compat", "docs", "examples", "flockesc_env", "fuzz", "results", "rust", "scoreboard", "speed"),
-    *("playground", "studies", "tests", "training"),
+    *("paper", "playground", "studies", "tests", "training"),
 )
 SUFFIX = re.compile(r"\w\.(css|gif|html|js|json|lock|md|parquet|png|py|pyi|rs|svg|toml)$")
 
