@@ -1,5 +1,7 @@
 """Flocks as jobs: attacks from every corner, what turns agents, and objectives of the paper's flock."""
 
+import math
+from collections.abc import Iterable
 from functools import partial
 from itertools import product
 from typing import Any, Final, NamedTuple
@@ -12,12 +14,34 @@ from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.jobs import Arrays
 from flockesc_env.scenario.options import EnvOptions
 from studies.measurements import by_name, over
-from studies.scaling.law import PAPER_SPEED, STEP, duration
+from studies.scaling.law import STEP, duration
 
 BEGIN, END = 1.0, 6.0  # times in s between which turns are measured and neighbors counted
 SECTOR: Final = 0.5  # least cosine between heading and offset of an agent that flies outward
 NEAR: Final = 15.0  # in m
 EVERY: Final = 4  # steps between two looks at a flock, which raises J_mean by about 0.01 m
+
+Way = tuple[tuple[float, ...], tuple[float, ...]]
+"""A predator's path: its direction, with norm sqrt(D), and its offset from the center in L."""
+
+
+def diagonals(dimension: int) -> list[Way]:
+    """Return the ways from all corners through the center."""
+    return [(signs, (0.0,) * dimension) for signs in product((1.0, -1.0), repeat=dimension)]
+
+
+def approaches(dimension: int) -> dict[str, tuple[float, list[Way]]]:
+    """Return the predator's speed in v0 and its ways, by approach; only diagonals in three dimensions."""
+    ways, speed = diagonals(dimension), math.sqrt(dimension)
+    if dimension == 3:
+        return {"through the center": (speed, ways)}
+    left = math.sqrt(0.5) / 2
+    return {
+        "through the center": (speed, ways),
+        "along the edge": (speed, [((x, y), (-left * y, left * x)) for (x, y), _ in ways]),
+        "from a side": (speed, [(((x + y) / speed, (y - x) / speed), at) for (x, y), at in ways]),
+        "with half the speed": (speed / 2, ways),
+    }
 
 
 class Flight(NamedTuple):
@@ -55,26 +79,27 @@ def attacks(
     A flock that does not flee is attacked from every corner, which changes no path; values are means over the
     corners.
     """
-    corners = 2**scenario.dimension if scenario.repulsion_strength == 0 else 1
-    side = scenario.initial_side
+    ways, side = diagonals(scenario.dimension), scenario.initial_side
+    if scenario.repulsion_strength > 0:
+        ways = ways[:1]
     flights = [fly(scenario, rho * side, seeds) for rho in ranges]
     return {
         "reached": np.array(
-            [[[closest(one, side, speed, corners) for speed in speeds] for one in row] for row in flights]
+            [[[closest(one, side, speed, ways) for speed in speeds] for one in row] for row in flights]
         ),
         "components": np.array([[one.components for one in row] for row in flights]),
     }
 
 
-def closest(flight: Flight, side: float, speed: float, corners: int) -> float:
-    """Return J_mean in L, the mean over attacks from the first corners."""
+def closest(flight: Flight, side: float, speed: float, ways: Iterable[Way]) -> float:
+    """Return J_mean in L, the mean over attacks on some ways."""
     dimension = flight.positions.shape[2]
     times = flight.times * float(np.linalg.norm(flight.velocities[0, 0])) / side
     times = times[times <= duration(dimension, speed) + STEP / 2]
     along = side * (speed * times / dimension**0.5 - 0.8)
     smallest = []
-    for corner in [*product((1, -1), repeat=dimension)][:corners]:
-        paths = [side / 2 + sign * along for sign in corner]
+    for direction, offset in ways:
+        paths = [side / 2 + c * along + side * o for c, o in zip(direction, offset, strict=True)]
         squares = sum(
             (flight.positions[: len(times), :, k] - path[:, None]) ** 2 for k, path in enumerate(paths)
         )
@@ -85,12 +110,14 @@ def closest(flight: Flight, side: float, speed: float, corners: int) -> float:
 def turns(scenario: FlockScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:
     """Return what turns the agents of flocks that do not flee, shape (ranges, seeds); ranges are in L.
 
-    - ``reached``: J_mean in L, as ``attacks``;
+    - J_mean in L for each of ``approaches``, as ``attacks``;
     - ``correlation``: of the agents' displacements until ``END`` with their initial offsets from the center;
     - ``outward turn`` and ``inward turn``: mean angle in degrees between the headings at ``BEGIN`` and
       ``END`` of agents that fly within 60 degrees of the outward or inward direction at ``BEGIN``;
     - ``outward met`` and ``inward met``: the number of others that these agents hear in this time, at one
       look or more, and did not hear at ``BEGIN``.
+
+    In three dimensions there is no turn and no ``met``.
     """
     return over(partial(_turns_of, scenario), (rho * scenario.initial_side for rho in ranges), seeds)
 
@@ -115,9 +142,12 @@ def _turns_of(scenario: FlockScenario, rho: float, seed: int) -> dict[str, float
     met = (heard.any(axis=0) & ~heard[0]).sum(axis=1)
     scale = np.sqrt((offsets**2).sum() * (moved**2).sum())
     found = {
-        "reached": closest(flight, scenario.initial_side, PAPER_SPEED, 4),
-        "correlation": float((offsets * moved).sum() / scale),
+        name: closest(flight, scenario.initial_side, speed, ways)
+        for name, (speed, ways) in approaches(scenario.dimension).items()
     }
+    found["correlation"] = float((offsets * moved).sum() / scale)
+    if scenario.dimension == 3:  # in some flocks nobody flies inward
+        return found
     for name, who in {"outward": cosine > SECTOR, "inward": cosine < -SECTOR}.items():
         found |= {f"{name} turn": float(turned[who].mean()), f"{name} met": float(met[who].mean())}
     return found

@@ -18,10 +18,11 @@ from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario import ConstantVelocity
 from studies.measurements import Runner, means, share_of, split
 from studies.robustness.survey import Choice, choose
-from studies.scaling.flocks import attacks, objectives, turns
+from studies.scaling.flocks import approaches, attacks, objectives, turns
 from studies.scaling.law import PAPER_SPEED, Ends, Law, duration, ends, fit, meetings
 from studies.study import Results, Study, document, template
 from studies.style import caption, curve, letter, subplots
+from training.figure_style import RANGES as RANGE_COLORS
 
 RANGES: Final = (0.0, 0.01, 0.02, 0.04, 0.06, 0.08, 0.1, 0.12, 0.15, 0.2, 0.3, 0.5, 2.0)  # in L
 SPEEDS: Final = (0.5, 1.0, PAPER_SPEED, 2.0, 4.0)  # of the predator in v0
@@ -93,11 +94,13 @@ CELLS: Final = {
 PREDICTED: Final = (("4800 agents", PAPER_SPEED), ("noise 0", 2.0), ("noise 1", PAPER_SPEED))
 """Cells and speeds whose prediction was stored before they ran."""
 
-STILL: Final = FlockScenario(repulsion_strength=0.0, predators=())
+STILL: Final = FlockScenario(repulsion_strength=0.0, predators=(), num_steps=480)
 CONTROLS: Final = {
     "flock": STILL,
     "without the edge": STILL.replace(periodic_side=STILL.initial_side),
     "frozen graph": STILL.replace(frozen_graph=True),
+    "flock in space": STILL.replace(dimension=3),
+    "in space without the edge": STILL.replace(dimension=3, periodic_side=STILL.initial_side),
 }
 CONTROL_RANGES: Final = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3)  # in L
 CONTROL_FLOCKS: Final = 40
@@ -131,11 +134,15 @@ class Curve:
 
 @dataclass(frozen=True)
 class Scaling(Results):
-    """All results: the law, curves, estimates of ``turns`` by control, and best ranges by objective."""
+    """All results: the law, curves, estimates of ``turns`` by control, and best ranges by objective.
+
+    ``gains`` are those in J_mean over range 0, paired, in L, by control and approach.
+    """
 
     law: Law
     curves: tuple[Curve, ...]
     controls: dict[str, dict[str, tuple[Estimate, ...]]]
+    gains: dict[str, dict[str, tuple[Estimate, ...]]]
     objectives: dict[str, Choice]
     versions: dict[str, str]
 
@@ -208,6 +215,10 @@ def measure(runner: Runner, output: Path, scale: float) -> Scaling:
         controls={
             name: {kind: means(rows) for kind, rows in found.items()} for name, found in controls.items()
         },
+        gains={
+            name: {way: _gains(found[way]) for way in approaches(CONTROLS[name].dimension)}
+            for name, found in controls.items()
+        },
         objectives={name: choose(OBJECTIVE_RANGES, rows) for name, rows in values.items()},
         versions=records.versions("scipy"),
     )
@@ -242,11 +253,39 @@ def figure(results: Scaling) -> Figure:
     return figure
 
 
+def speed_noise_map(results: Scaling) -> Figure:
+    """Draw the best range and its gain over range 0 as colors, over the predator's speed and the noise."""
+    figure, panels = subplots(3.2, 1, 2, sharey=True)
+    cells = [[results.curve(f"noise {noise:g}", speed) for speed in SPEEDS] for noise in NOISES]
+    found = {
+        "best range / L": ([[one.choice.best.mean for one in row] for row in cells], "{:.2f}"),
+        "gain over range 0 there (% of L)": (
+            [[100 * one.choice.gain_over_zero.mean for one in row] for row in cells],
+            "{:+.1f}",
+        ),
+    }
+    for index, (axes, (title, (values, digits))) in enumerate(zip(panels, found.items(), strict=True)):
+        axes.imshow(values, cmap=RANGE_COLORS, aspect="auto", origin="lower", vmin=0)
+        middle = np.max(values) / 2
+        for (row, column), value in np.ndenumerate(values):
+            color = LIGHT.page if value < middle else LIGHT.ink
+            axes.text(column, row, digits.format(value), ha="center", va="center", color=color)
+        axes.set_xticks(range(len(SPEEDS)), [f"{speed:.3g}" for speed in SPEEDS])
+        axes.set_yticks(range(len(NOISES)), [f"{noise:g}" for noise in NOISES])
+        axes.set_xlabel("speed of the predator (v0)")
+        letter(axes, index, title)
+    panels[0].set_ylabel("angular noise (rad per step)")
+    return figure
+
+
 def report(results: Scaling) -> str:
     """Return the report as Markdown."""
     return template("scaling/templates/scaling.md", globals()).render(results=results)
 
 
 SCALING = Study(
-    measure=measure, load=Scaling.load, figures=lambda results: {"collapse": figure(results)}, report=report
+    measure=measure,
+    load=Scaling.load,
+    figures=lambda results: {"collapse": figure(results), "map": speed_noise_map(results)},
+    report=report,
 )
