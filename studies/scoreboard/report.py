@@ -19,6 +19,13 @@ from studies.study import template
 
 RESULTS: Final = Path("results/scoreboard")
 
+GROUPS: Final = (
+    "rules",
+    "at the task's samples",  # within 2 %
+    "at other samples, not ranked",
+    "played by its author's code, neither verified nor ranked",
+)
+
 
 @dataclass(frozen=True)
 class Entry:
@@ -37,8 +44,9 @@ class Entry:
 
     @property
     def is_learned(self) -> bool:
-        """Whether a network was trained: by a search, imitation or reinforcement learning."""
-        return self.result.training is not None and "rule" not in self.result.learner
+        """Whether a network was trained, by a search, imitation or reinforcement learning, in a file."""
+        has_network = self.result.training is not None and "rule" not in self.result.learner
+        return has_network and not self.result.is_code
 
     @property
     def chosen(self) -> list[str]:
@@ -59,8 +67,10 @@ class Entry:
 
     @property
     def group(self) -> int:
-        """Place of the row's table: 0 for rules, 1 at the task's samples (within 2 %), 2 at others."""
+        """Place of the row's table in the order of ``GROUPS``."""
         training, samples = self.result.training, tasks[self.result.task].samples
+        if self.result.is_code:
+            return 3
         if training is None or not self.is_learned:
             return 0
         return 1 + (abs(training.samples - samples) > 0.02 * samples)

@@ -38,33 +38,37 @@ class Key(NamedTuple):
 
 
 class External(NamedTuple):
-    """A learner of another framework: its task and number of seeds, environment, command and packages."""
+    """A learner of another framework: its number of seeds by task, environment, command and packages."""
 
-    task: str
-    seeds: int
+    seeds: Mapping[str, int]
     environment: str
     arguments: str
     packages: tuple[str, ...]
 
-    def command(self, seed: int) -> str:
+    def command(self, task: str, seed: int) -> str:
         """Return the command of a training run, without its output."""
-        return f"{self.environment}/bin/python {self.arguments} --seed {seed}"
+        return f"{self.environment}/bin/python {self.arguments.format(task=task)} --seed {seed}"
 
 
-_TASK, _ZOO, _MARL = "per-agent-visible", "rl_zoo3-ppo", ("benchmarl", "torchrl", "torch")
+_VISIBLE, _ZOO, _MARL = {"per-agent-visible": 5}, "rl_zoo3-ppo", ("benchmarl", "torchrl", "torch")
+_ACTOR_CRITIC = {**_VISIBLE, "per-agent-local": 3, "warned-agents": 3}
 EXTERNAL: Final[Mapping[str, External]] = {
-    "one-file-ppo": External(_TASK, 5, ".venv", "examples/ppo_single_file.py", ("torch",)),
-    "torchrl-ippo": External(_TASK, 5, ".compat/torchrl", "examples/torchrl_ppo.py", ("torchrl", "torch")),
+    "one-file-ppo": External(_VISIBLE, ".venv", "examples/ppo_single_file.py", ("torch",)),
+    "torchrl-ippo": External(_VISIBLE, ".compat/torchrl", "examples/torchrl_ppo.py", ("torchrl", "torch")),
     **{
         f"benchmarl-{name}": External(
-            _TASK, 5, ".compat/benchmarl", f"examples/benchmarl_mappo.py --algorithm {name}", _MARL
+            seeds,
+            ".compat/benchmarl",
+            f"examples/benchmarl_mappo.py --task {{task}} --algorithm {name}",
+            _MARL,
         )
-        for name in ("ippo", "mappo", "iql")
+        for name, seeds in {"ippo": _ACTOR_CRITIC, "mappo": _ACTOR_CRITIC, "iql": _VISIBLE}.items()
     },
-    "rllib-ppo": External(_TASK, 3, ".compat/rllib", "examples/rllib_ppo.py", ("ray", "torch")),
+    "rllib-ppo": External(
+        {"per-agent-visible": 3}, ".compat/rllib", "examples/rllib_ppo.py", ("ray", "torch")
+    ),
     _ZOO: External(
-        "one-range",
-        3,
+        {"one-range": 3},
         ".compat/rl_zoo3",
         "-m rl_zoo3.train --algo ppo --env flockesc/one-range-v1 --gym-packages flockesc_env"
         " -conf examples/rl_zoo3/ppo.yml --eval-freq -1 --device cpu"
@@ -82,7 +86,9 @@ _SCHEDULES: Final = dict.fromkeys(("learning_rate", "lr_schedule", "clip_range")
 def trainings(names: Iterable[str], chosen: Iterable[str], most_seeds: int, folder: Path) -> dict[Key, Job]:
     """Return the job of every training run of some learners on some tasks; empty names mean all."""
     wanted_learners, wanted_tasks = set(names), set(chosen)
-    num_seeds = {(learner, one.task): one.seeds for learner, one in EXTERNAL.items()}
+    num_seeds = {
+        (learner, task): count for learner, one in EXTERNAL.items() for task, count in one.seeds.items()
+    }
     for name, task in tasks.items():
         if name not in TRANSFERRED:
             num_seeds |= {(learner, name): one.seeds for learner, one in task.learners.items()}
@@ -103,7 +109,7 @@ def train(learner: str, task: str, seed: int, folder: Path) -> Arrays:
         ``cpu_seconds`` and, of this project's learners, ``curve``: see ``training.run.Measured``.
     """
     if learner in EXTERNAL:
-        return _train_external(learner, seed)
+        return _train_external(learner, task, seed)
     run = Run.of(task, learner, seed, folder / task / f"{learner}-{seed}", progress=False)
     if not (run.folder / RUN_FILE).is_file():
         train_run(run, resume=True)
@@ -111,11 +117,11 @@ def train(learner: str, task: str, seed: int, folder: Path) -> Arrays:
     return _arrays(run.folder / POLICY_FILE, **measured)
 
 
-def _train_external(learner: str, seed: int) -> Arrays:
+def _train_external(learner: str, task: str, seed: int) -> Arrays:
     found = EXTERNAL[learner]
     environment = {**os.environ, "PYTHONPATH": str(Path.cwd()), "OMP_NUM_THREADS": "1"}
     with tempfile.TemporaryDirectory() as folder:
-        file, words = Path(folder) / "policy.npz", found.command(seed).split()
+        file, words = Path(folder) / "policy.npz", found.command(task, seed).split()
         is_zoo = learner == _ZOO
         words += ["--log-folder", folder] if is_zoo else ["--held-out", "2", "--output", str(file)]
         start = os.times()
@@ -127,7 +133,7 @@ def _train_external(learner: str, seed: int) -> Arrays:
         else:
             count, spent = _SPEED.findall(ran.stdout)[-1]
             samples, seconds = int(count), float(spent)
-        spec = tasks[found.task].policy_spec
+        spec = tasks[task].policy_spec
         episodes = samples // (spec.rows * spec.num_actions)
         return _arrays(file, samples=samples, episodes=episodes, evaluations=0, cpu_seconds=seconds)
 
@@ -149,7 +155,7 @@ def _arrays(policy: Path, **measured: Any) -> Arrays:
 def hyperparameters_of(learner: str, task: str) -> dict[str, Any]:
     """Return the table of a learner on a task, or the command that has its hyperparameters."""
     if learner in EXTERNAL:
-        return {"command": EXTERNAL[learner].command(0)}
+        return {"command": EXTERNAL[learner].command(task, 0)}
     found: dict[str, Any] = msgspec.to_builtins(tasks[task].learner(learner))
     return found
 

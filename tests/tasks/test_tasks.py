@@ -141,9 +141,8 @@ NUM_FLOCKS = 1
 @pytest.mark.parametrize("file", FILES)
 def test_a_result_verifies_and_its_folder_has_no_other_policies(file: str) -> None:
     result = read_result(ROOT / file)
-    assert not result.is_code
     assert file == f"{folder_of(result.learner, tasks[result.task])}/{result.task}.json"
-    if result.learner != "random":  # its numbers depend on all flocks before
+    if not result.is_code and result.learner != "random":  # its numbers depend on all flocks before
         verify(ROOT / file, flocks=draw_flocks(NUM_FLOCKS, 0))
 
 
