@@ -1,4 +1,4 @@
-"""Record the run of an environment's tests for the report of the scoreboard: versions, number of tests, date.
+"""Record the run of an environment's tests: versions, number of tests, date and number of commits.
 
 Usage: ENVIRONMENT/bin/python compat/record.py ENVIRONMENT JUNIT_FILE
 """
@@ -6,6 +6,7 @@ Usage: ENVIRONMENT/bin/python compat/record.py ENVIRONMENT JUNIT_FILE
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
 import xml.etree.ElementTree as ET
 from importlib.metadata import distributions
@@ -31,6 +32,7 @@ def main(environment: str, junit: str) -> None:
         "tests": int(suite.get("tests", "0")) - int(suite.get("skipped", "0")),
         "failures": int(suite.get("failures", "0")) + int(suite.get("errors", "0")),
         "date": suite.get("timestamp", "")[:10],
+        "commits": int(subprocess.check_output(["git", "rev-list", "--count", "HEAD"])),  # noqa: S607
     }
     RECORD.parent.mkdir(parents=True, exist_ok=True)
     RECORD.write_text(json.dumps(dict(sorted(entries.items())), indent=1) + "\n")

@@ -1,7 +1,9 @@
 """Pages are short, their links and names exist, lists of names are complete, and numbers are measured."""
 
 import doctest
+import json
 import re
+import subprocess
 import tomllib
 from collections.abc import Iterable
 from dataclasses import fields
@@ -129,6 +131,17 @@ def test_the_snippet_and_the_caption_of_the_readme_have_the_numbers_of_their_flo
 def test_the_table_of_the_demo_is_the_committed_one() -> None:
     table = (ROOT / "results" / "demo" / "table.md").read_text("utf-8").strip().split("\n\n")[-1]
     assert table in (ROOT / "docs" / "first-policy.md").read_text("utf-8")
+
+
+def test_every_environment_of_compat_passed_within_200_commits() -> None:
+    entries = json.loads((ROOT / "results/scoreboard/compat.json").read_text())
+    assert set(entries) == {path.stem for path in (ROOT / "compat").glob("*.in")}
+    count = ["git", "rev-list", "--count", "HEAD"]
+    counted = subprocess.run(count, capture_output=True, text=True, cwd=ROOT)  # noqa: S603
+    for name, entry in entries.items():
+        assert entry["failures"] == 0, name
+        # An archive of the source has no history.
+        assert counted.returncode or int(counted.stdout) - entry["commits"] <= 200, f"make compat-{name}"
 
 
 def test_all_files_have_the_version_of_the_crates() -> None:
