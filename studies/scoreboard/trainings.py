@@ -26,6 +26,9 @@ from training.train import train as train_run
 TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
 """Tasks on which nobody trains: they score the policies of ``per-agent-visible`` that the wheel ships."""
 
+WITHOUT_FILE: Final = "RecurrentPPO"
+"""Algorithm whose models no policy file holds: `flockesc score` plays the models themselves."""
+
 _SECONDS: Final = 60.0  # estimated processor time of a training run
 
 
@@ -91,7 +94,11 @@ def trainings(names: Iterable[str], chosen: Iterable[str], most_seeds: int, fold
     }
     for name, task in tasks.items():
         if name not in TRANSFERRED:
-            num_seeds |= {(learner, name): one.seeds for learner, one in task.learners.items()}
+            num_seeds |= {
+                (learner, name): one.seeds
+                for learner, one in task.learners.items()
+                if one.algorithm != WITHOUT_FILE
+            }
     jobs = {}
     for (learner, name), count in num_seeds.items():
         if learner in (wanted_learners or {learner}) and name in (wanted_tasks or {name}):
