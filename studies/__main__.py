@@ -40,7 +40,6 @@ _STUDIES = {
     "robustness": ("studies.robustness.survey:ROBUSTNESS", "analysis"),
     "scaling": ("studies.scaling.survey:SCALING", "analysis"),
     "validation": ("studies.validation.survey:VALIDATION", "analysis"),
-    "arms_race": ("studies.arms_race.report:ARMS_RACE", "train"),
     "findings": ("studies.findings.report:FINDINGS", "train"),
 }
 """Where each study is and the extra that it needs, by its folder in results/. Their imports are slow."""
@@ -134,25 +133,6 @@ def validation(
         if name not in PARTS:
             raise InputError("only", f"any of {', '.join(PARTS)}", repr(name))
     return _run("validation", output, backend, progress=progress, only=only, scale=scale)
-
-
-def arms_race(
-    *,
-    output: _Output = Path("results/arms_race"),
-    rounds: Annotated[int, arg(help="rounds, in which a flock policy and then a predator is trained")] = 3,
-    num_flocks: Annotated[int, arg(help="held-out flocks of the cross-play, at least 2")] = 1000,
-    backend: Backend = "processes",
-    progress: Progress = False,
-) -> Exit:
-    """Train predators and flock policies against each other in turns, and play all against all.
-
-    About 40 minutes on one core; interrupted, run it again to continue.
-
-    Example: python -m studies arms-race --backend serial
-    """
-    as_count(rounds, "rounds")
-    as_count(num_flocks, "num_flocks", least=2)
-    return _run("arms_race", output, backend, progress=progress, rounds=rounds, num_flocks=num_flocks)
 
 
 def findings(
@@ -286,7 +266,7 @@ def _runner(folder: Path, extra: str, backend: str, *, progress: bool = True) ->
     return Runner(jobs.Cache(folder / "cache"), runs_on, progress)
 
 
-_MEASURING = (paper, robustness, scaling, validation, arms_race, findings)
+_MEASURING = (paper, robustness, scaling, validation, findings)
 _SCOREBOARD = (scoreboard_freeze, scoreboard_train, scoreboard_rewards)
 _COMMANDS: dict[str, Callable[..., Exit]] = {
     command.__name__.replace("_", "-"): command for command in (*_MEASURING, *_SCOREBOARD, reports)
