@@ -60,6 +60,8 @@ class GradientRounds(NetworkRounds[GradientArguments]):
         InputError: if a hyperparameter is unknown or out of bounds; if ``flockesc_env.jax`` refuses the task.
     """
 
+    kept = ("best", "layers", "_moments")
+
     def __init__(self, run: Run) -> None:
         args = hyperparameters_of(run, GradientArguments)
         super().__init__(run, args, args.updates)
@@ -93,14 +95,6 @@ class GradientRounds(NetworkRounds[GradientArguments]):
         self.measured.episodes += flocks
         self.measured.samples += flocks * self.run.policy_spec.rows * self.run.task.num_actions
         return float(np.mean(values))
-
-    def state(self) -> Any:
-        """Return the network, the optimizer and the best parameters."""
-        return jax.tree.map(np.asarray, (self.layers, self._moments)), self.best
-
-    def restore(self, state: Any) -> None:
-        """Restore the network, the optimizer and the best parameters."""
-        (self.layers, self._moments), self.best = state
 
     def objective(self, layers: Layers, start: twin.FlockState) -> jax.Array:
         """Return the objective of a flock in m under the network with these layers."""

@@ -8,21 +8,21 @@ Munos, "Analysis of classification-based policy iteration algorithms", 2016).
 """
 
 from itertools import pairwise
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import torch
 from torch import nn
 
-from flockesc_env import InputError, NetworkPolicy
+from flockesc_env import FlockScenario, InputError, NetworkPolicy, Policy
 from flockesc_env.cli.flags import policy_of
 from flockesc_env.common.stats import FloatArray
-from flockesc_env.episodes.batch import Observations
+from flockesc_env.episodes.batch import FlockBatch, Observations
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies import Architecture
 from flockesc_env.policies.network import layer_parameters
-from training.branches import GROUP, Branches
+from flockesc_env.scenario.options import EnvOptions
 from training.rounds import Arguments, Rounds, hyperparameters_of
 from training.run import Run
 
@@ -31,6 +31,15 @@ _BATCH_SIZE = 256
 
 _LEAST_SCALE = 1e-3
 """Least standard deviation by which an input is divided."""
+
+GROUP = 16
+"""Flocks that are played up to the same action and copied there."""
+
+EXPLORATION = 0.1
+"""Probability of a random candidate as an action before the flock is copied."""
+
+_EARLINESS = 3
+"""Exponent of the uniform random number that chooses the action: early ones decide more."""
 
 
 class ImitationArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -65,6 +74,81 @@ class ImitationArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_fi
     checkpoint_every: int = 1
 
 
+class Branches:
+    """Values candidate ranges: each is set for one action, then a teacher plays the flock to the end.
+
+    Args:
+        run: the run, whose task is played.
+        ranges: candidate ranges in m.
+        count: number of candidates per flock that are drawn at random and valued.
+
+    Attributes:
+        spec: policy spec of the environment.
+
+    Raises:
+        InputError: if the task is a line or has one range per agent, or a candidate is missing.
+    """
+
+    def __init__(self, run: Run, ranges: tuple[float, ...], count: int) -> None:
+        model = run.task.scenario
+        if run.task.per_agent or not isinstance(model, FlockScenario):
+            raise InputError("task", "one range for a flock", run.task.name)
+        if not ranges:
+            raise InputError("ranges", "at least one candidate range", "none")
+        self._candidates, self._count, self._column = np.array(ranges), count, run.task.spec.name
+        self._model, self.spec = model, run.policy_spec
+
+    def values(
+        self, policy: Policy, teacher: Policy, flocks: range, rng: np.random.Generator
+    ) -> tuple[Observations, FloatArray, int]:
+        """Play flocks up to a random action and value some candidates there.
+
+        Args:
+            policy: chooses the actions before, except those that are drawn at random (``EXPLORATION``).
+            teacher: plays the copies of the flocks to the end.
+            flocks: seeds of the flocks.
+            rng: draws the action, the exploration and the candidates.
+
+        Returns:
+            The observations, shape (flocks, entries); the values in m, shape (flocks, candidates), which
+            are nan for candidates that were not drawn; and the number of actions.
+        """
+        candidates, num_flocks, num_actions = self._candidates, len(flocks), self.spec.num_actions
+        source = self._batch(num_flocks)
+        observations, _ = source.reset(range(num_flocks), list(flocks))
+        before = int(num_actions * rng.random() ** _EARLINESS)
+        for _ in range(before):
+            actions = policy.act(observations, self.spec)
+            explored = rng.random(num_flocks) < EXPLORATION
+            drawn = rng.choice(candidates, int(explored.sum()))
+            actions[explored] = self.spec.actions.from_ranges(drawn)
+            observations, *_ = source.step(actions)
+        chosen = np.array([rng.permutation(len(candidates))[: self._count] for _ in flocks])
+        values = np.full((num_flocks, len(candidates)), np.nan)
+        found, after = self._play(source, candidates[chosen], teacher)
+        np.put_along_axis(values, chosen, found, axis=1)
+        return observations, values, before * num_flocks + after
+
+    def _play(self, source: FlockBatch, ranges: FloatArray, teacher: Policy) -> tuple[FloatArray, int]:
+        """Return the objective of copies that begin with ``ranges``, (flocks, copies), and the actions."""
+        num_flocks, num_copies = ranges.shape
+        copies = self._batch(ranges.size)
+        copies.set_state(source.get_state(np.repeat(np.arange(num_flocks), num_copies).tolist()))
+        actions, taken = self.spec.actions.from_ranges(ranges.ravel()), 0
+        while True:
+            observations, _, has_ended, *_ = copies.step(actions, at_end="stay")
+            taken += ranges.size
+            if has_ended.all():
+                break
+            actions = teacher.act(observations, self.spec)
+        values: FloatArray = copies.core.metrics()[self._column]
+        return values.reshape(ranges.shape), taken
+
+    def _batch(self, num_flocks: int) -> FlockBatch:
+        options = cast("EnvOptions", self.spec.options)
+        return FlockBatch(self._model, options, num_flocks=num_flocks, num_threads=1)
+
+
 class ImitationRounds(Rounds[ImitationArguments]):
     """An imitation of values.
 
@@ -72,6 +156,8 @@ class ImitationRounds(Rounds[ImitationArguments]):
         InputError: if a hyperparameter is unknown or there is no round, or if the task is a line or has
             one range per agent.
     """
+
+    kept = ("_network", "_observations", "_values")
 
     def __init__(self, run: Run) -> None:
         args = hyperparameters_of(run, ImitationArguments)
@@ -107,14 +193,6 @@ class ImitationRounds(Rounds[ImitationArguments]):
         """Return the policy that sets the best candidate."""
         assert self._network is not None  # noqa: S101, for the type checker
         return self._network
-
-    def state(self) -> Any:
-        """Return the network and all values."""
-        return self._network, self._observations, self._values
-
-    def restore(self, state: Any) -> None:
-        """Restore the network and all values."""
-        self._network, self._observations, self._values = state
 
 
 def fit(

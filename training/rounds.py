@@ -3,7 +3,7 @@
 import time
 from abc import ABC, abstractmethod
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 import msgspec
 import numpy as np
@@ -32,17 +32,20 @@ A = TypeVar("A", bound=Arguments)
 
 
 class Rounds(ABC, Generic[A]):
-    """A training run in rounds. A round depends on ``run``, ``completed`` and ``state()`` only.
+    """A training run in rounds. A round depends on ``run``, ``completed`` and the attributes ``kept`` only.
 
     A run that was interrupted and continued ends with the same parameters as an uninterrupted one.
 
     Attributes:
+        kept: names of attributes that a checkpoint holds besides ``completed`` and ``measured``.
         run: the run.
         args: hyperparameters.
         total: number of rounds.
         completed: number of completed rounds.
         measured: measurements so far.
     """
+
+    kept: ClassVar[tuple[str, ...]]
 
     def __init__(self, run: Run, args: A, total: int) -> None:
         self.run, self.args, self.total = run, args, total
@@ -56,14 +59,6 @@ class Rounds(ABC, Generic[A]):
     @abstractmethod
     def policy(self) -> Stored:
         """Return the policy after the last round, which the learning curve shows."""
-
-    @abstractmethod
-    def state(self) -> Any:
-        """Return what the next round depends on, as a value that can be pickled."""
-
-    @abstractmethod
-    def restore(self, state: Any) -> None:
-        """Restore what ``state`` returned."""
 
     def result(self) -> Stored:
         """Return the policy that the run ends with."""
@@ -85,8 +80,7 @@ class Rounds(ABC, Generic[A]):
         run, total = self.run, self.total
         run.begin(resume=resume)
         if (checkpoint := run.load_checkpoint()) is not None:
-            self.completed, self.measured, state = checkpoint
-            self.restore(state)
+            vars(self).update(checkpoint)
         saved, spec = self.completed, run.task.spec
         try:
             with progress_bar(f"Train {run.task.name} {run.name}", total, always=run.progress) as report:
@@ -99,7 +93,8 @@ class Rounds(ABC, Generic[A]):
                     report(self.completed, total, f"{spec.symbol} {spec.text(value)}")
                     if self.completed % self.args.checkpoint_every == 0 or self.completed == total:
                         self.add_point()
-                        run.save_checkpoint((self.completed, self.measured, self.state()))
+                        names = ("completed", "measured", *self.kept)
+                        run.save_checkpoint({name: getattr(self, name) for name in names})
                         saved = self.completed
         except KeyboardInterrupt:
             kept = f"{saved} of {total} rounds are saved in {run.folder}; --resume continues"

@@ -1,9 +1,19 @@
 """``train``: a learner of a task, to its policy."""
 
 from pathlib import Path
+from pkgutil import resolve_name
+from typing import Any
 
 from flockesc_env.common.extras import require
 from training.run import Run
+
+_OWN = {
+    "search": "training.search:SearchRounds",
+    "gradient": "training.gradient:GradientRounds",
+    "imitation": "training.imitation:ImitationRounds",
+    "rule": "training.rule_search:RuleRounds",
+}
+"""Algorithms of this project. They are imported late, because importing torch takes seconds."""
 
 
 def train(run: Run, *, resume: bool = False) -> Path:
@@ -12,24 +22,12 @@ def train(run: Run, *, resume: bool = False) -> Path:
     Raises:
         InputError: if a hyperparameter is unknown or out of bounds, or see ``Run.begin``.
     """
-    match run.learner.algorithm:  # importing torch takes seconds
-        case "search":
-            from training.search import SearchRounds
+    if run.learner.algorithm == "gradient":
+        require("jax", ["jax", "optax"])
+    if run.learner.algorithm not in _OWN:
+        from training import sb3
 
-            return SearchRounds(run).train(resume=resume)
-        case "gradient":
-            require("jax", ["jax", "optax"])
-            from training.gradient import GradientRounds
-
-            return GradientRounds(run).train(resume=resume)
-        case "imitation":
-            from training.imitation import ImitationRounds
-
-            return ImitationRounds(run).train(resume=resume)
-        case "rule":
-            from training.rule_search import RuleRounds
-
-            return RuleRounds(run).train(resume=resume)
-    from training import sb3
-
-    return sb3.train(run, resume=resume)
+        return sb3.train(run, resume=resume)
+    rounds: Any = resolve_name(_OWN[run.learner.algorithm])
+    path: Path = rounds(run).train(resume=resume)
+    return path

@@ -14,9 +14,8 @@ from flockesc_env import InputError, load_policy, simulate
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.policies import Architecture, WinStayLoseShift
 from flockesc_env.taskset.learners import Learner
-from training.branches import Branches
 from training.families import Networks, Rules, rules_of
-from training.imitation import ImitationArguments, ImitationRounds, fit
+from training.imitation import Branches, ImitationArguments, ImitationRounds, fit
 from training.rule_search import RuleRounds
 from training.run import Run
 from training.train import train
@@ -164,7 +163,7 @@ def test_values_equal_single_episodes(
     tmp_path: Path, objective: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each flock is played again in an environment of its own, up to where it was copied and to the end."""
-    monkeypatch.setattr("training.branches.EXPLORATION", 0.0)
+    monkeypatch.setattr("training.imitation.EXPLORATION", 0.0)
     run = small_run(tmp_path / "run", "imitation")
     task = small_task("one-range" if objective == "min_mean_distance" else "one-range-minimum")
     run = dataclasses.replace(run, task=task)
