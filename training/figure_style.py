@@ -24,29 +24,16 @@ BAND = "0.88"
 """Gray of the interval around a curve."""
 
 mpl.rcdefaults()  # instead of the user's matplotlibrc
-mpl.rcParams.update(
-    {
-        "font.size": 9,
-        "axes.titlesize": 10,
-        "axes.titlelocation": "left",
-        "axes.labelsize": 9,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.edgecolor": LIGHT.muted,
-        "axes.labelcolor": LIGHT.ink,
-        "axes.titlecolor": LIGHT.ink,
-        "text.color": LIGHT.ink,
-        "xtick.color": LIGHT.muted,
-        "ytick.color": LIGHT.muted,
-        "xtick.labelcolor": LIGHT.ink,
-        "ytick.labelcolor": LIGHT.ink,
-        "xtick.labelsize": 9,
-        "ytick.labelsize": 9,
-        "figure.titlesize": 11,
-        "legend.frameon": False,
-        "grid.color": LIGHT.grid,
-    }
-)
+mpl.rc("font", size=9)
+mpl.rc("figure", titlesize=11)
+mpl.rc("text", color=LIGHT.ink)
+mpl.rc("axes", titlesize=10, titlelocation="left", titlecolor=LIGHT.ink)
+mpl.rc("axes", labelsize=9, labelcolor=LIGHT.ink, edgecolor=LIGHT.muted)
+mpl.rc("axes.spines", top=False, right=False)
+mpl.rc("xtick", labelsize=9, labelcolor=LIGHT.ink, color=LIGHT.muted)
+mpl.rc("ytick", labelsize=9, labelcolor=LIGHT.ink, color=LIGHT.muted)
+mpl.rc("legend", frameon=False)
+mpl.rc("grid", color=LIGHT.grid)
 
 
 def label_ends(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float = 0.075) -> None:

@@ -31,9 +31,6 @@ from training.figure_style import RANGES, WIDTH, draw_predator, label_ends, save
 RECORDS = ("best_fixed_range.npz", "last_policy.npz")
 """Recorded runs of one flock, for ``flockesc watch``."""
 
-Run = tuple[str, Trajectory]
-"""Name of a policy, and the run of the flock under it."""
-
 _COLORS = (LIGHT.fixed, LIGHT.learned)
 """Colors of the best fixed range and of the policy that is compared with it."""
 
@@ -82,7 +79,7 @@ def _title(name: str, place: int) -> str:
     return "learned policy" if place and title == name else title
 
 
-def flock_over_time(runs: list[Run], objective: ObjectiveSpec, folder: Path) -> Path:
+def flock_over_time(runs: list[tuple[str, Trajectory]], objective: ObjectiveSpec, folder: Path) -> Path:
     """Draw the objective so far, and how far agents listen under the last policy; return the file."""
     figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
     above, below = figure.subplots(2, sharex=True, height_ratios=(3, 2))
@@ -127,7 +124,10 @@ def flock_over_time(runs: list[Run], objective: ObjectiveSpec, folder: Path) -> 
 
 
 def flock_under_attack(
-    runs: list[Run], objective: ObjectiveSpec, folder: Path, times: tuple[float, ...] = (0, 3, 6, 9)
+    runs: list[tuple[str, Trajectory]],
+    objective: ObjectiveSpec,
+    folder: Path,
+    times: tuple[float, ...] = (0, 3, 6, 9),
 ) -> Path:
     """Draw one flock at some times, a row per policy, agents colored by their range; return the file."""
     top = max(float(run.interaction_ranges.max()) for _, run in runs)

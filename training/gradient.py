@@ -73,6 +73,7 @@ class GradientRounds(NetworkRounds[GradientArguments]):
             raise InputError("memory", "at most the smallest width of hidden layers", args.memory)
         inputs = run.policy_spec.layout.names
         scenario: Any = run.task.scenario
+        self._scenario = scenario
         twin.observe(scenario, self._start(0), run.task.per_agent, **run.options)  # refuses other tasks
         network = Architecture(inputs, args.hidden, args.memory, args.mirror, squash="tanh")
         self.family = Networks(run, network)
@@ -102,16 +103,16 @@ class GradientRounds(NetworkRounds[GradientArguments]):
 
         def policy(observed: jax.Array, memory: jax.Array) -> tuple[jax.Array, jax.Array]:
             seen = _mirrored(observed, network.inputs) if network.mirror else observed
-            outputs = _outputs(layers, jnp.concatenate([seen, memory], axis=-1))
+            outputs = jnp.concatenate([seen, memory], axis=-1)
+            for weights, biases in layers:
+                outputs = jnp.tanh(outputs @ weights + biases)
             return (outputs[..., 0] + 1) / 2 * run.options["max_range"], outputs[..., 1:]
 
-        scenario: Any = run.task.scenario
         per_agent = run.task.per_agent
         rows = (run.policy_spec.rows,) if per_agent else ()
         memory = jnp.zeros((*rows, network.memory), start.positions.dtype)
-        states = twin.rollout(
-            scenario, start, policy, self.args.softness, per_agent=per_agent, memory=memory, **run.options
-        )
+        options = {"per_agent": per_agent, "memory": memory, **run.options}
+        states = twin.rollout(self._scenario, start, policy, self.args.softness, **options)
         objectives: jax.Array = getattr(states, run.task.spec.name)
         return objectives[-1]
 
@@ -123,8 +124,7 @@ class GradientRounds(NetworkRounds[GradientArguments]):
         return optax.apply_updates(layers, steps), moments, values
 
     def _start(self, seed: int) -> twin.FlockState:
-        scenario: Any = self.run.task.scenario  # others are refused
-        return twin.start(scenario, seed)
+        return twin.start(self._scenario, seed)
 
 
 def first_layers(network: Architecture, first: float, seed: int) -> Layers:
@@ -144,12 +144,6 @@ def first_layers(network: Architecture, first: float, seed: int) -> Layers:
     last[units, 1 + units] = _LATCH
     single: Layers = jax.tree.map(partial(jnp.asarray, dtype=np.float32), layers)
     return single
-
-
-def _outputs(layers: Layers, values: jax.Array) -> jax.Array:
-    for weights, biases in layers:
-        values = jnp.tanh(values @ weights + biases)
-    return values
 
 
 def _mirrored(observed: jax.Array, names: tuple[str, ...]) -> jax.Array:

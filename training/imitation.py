@@ -1,10 +1,11 @@
 """Imitation of values: a network learns what each candidate range leads to, and sets the best one.
 
-In every round the policy plays new flocks up to a random action, where some candidates are valued
-(``Branches``). Then a new network is fitted to the values of all rounds. This is AggreVaTe (Ross and Bagnell,
-"Reinforcement and imitation learning via interactive no-regret learning", 2014). If every network replaces
-its teacher (``improve``), it is a policy iteration whose values come from rollouts (Lazaric, Ghavamzadeh and
-Munos, "Analysis of classification-based policy iteration algorithms", 2016).
+In every round the policy plays new flocks up to a random action. There some candidates are valued: each is
+set for one action in a copy of the flock, and a teacher plays the copy to the end. Then a new network is
+fitted to the values of all rounds. This is AggreVaTe (Ross and Bagnell, "Reinforcement and imitation learning
+via interactive no-regret learning", 2014). If every network replaces its teacher (``improve``), it is a
+policy iteration whose values come from rollouts (Lazaric, Ghavamzadeh and Munos, "Analysis of
+classification-based policy iteration algorithms", 2016).
 """
 
 from itertools import pairwise
@@ -74,29 +75,49 @@ class ImitationArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_fi
     checkpoint_every: int = 1
 
 
-class Branches:
-    """Values candidate ranges: each is set for one action, then a teacher plays the flock to the end.
-
-    Args:
-        run: the run, whose task is played.
-        ranges: candidate ranges in m.
-        count: number of candidates per flock that are drawn at random and valued.
-
-    Attributes:
-        spec: policy spec of the environment.
+class ImitationRounds(Rounds[ImitationArguments]):
+    """An imitation of values.
 
     Raises:
-        InputError: if the task is a line or has one range per agent, or a candidate is missing.
+        InputError: if a hyperparameter is unknown or there is no round or candidate, or if the task is a
+            line or has one range per agent.
     """
 
-    def __init__(self, run: Run, ranges: tuple[float, ...], count: int) -> None:
-        model = run.task.scenario
-        if run.task.per_agent or not isinstance(model, FlockScenario):
+    kept = ("_network", "_observations", "_values")
+
+    def __init__(self, run: Run) -> None:
+        args = hyperparameters_of(run, ImitationArguments)
+        super().__init__(run, args, args.rounds)
+        if args.rounds < 1:
+            raise InputError("rounds", "at least 1", args.rounds)
+        if run.task.per_agent or not isinstance(run.task.scenario, FlockScenario):
             raise InputError("task", "one range for a flock", run.task.name)
-        if not ranges:
+        if not args.ranges:
             raise InputError("ranges", "at least one candidate range", "none")
-        self._candidates, self._count, self._column = np.array(ranges), count, run.task.spec.name
-        self._model, self.spec = model, run.policy_spec
+        self._model = run.task.scenario
+        self._teacher = policy_of(args.teacher)
+        self._network: NetworkPolicy | None = None
+        self._observations: list[Observations] = []  # of every flock where it was copied
+        self._values: list[FloatArray] = []  # shape (flocks, candidates); nan: not drawn
+        torch.set_num_threads(1)
+
+    def round(self) -> float:
+        """Value candidates on new flocks and fit the network again; return the mean value."""
+        args, seed = self.args, self.run.seed
+        flocks = training_seeds(seed, self.completed * args.flocks, args.flocks)
+        policy = self._network or self._teacher
+        teacher = policy if args.improve else self._teacher
+        rng = np.random.default_rng([seed, self.completed])
+        for first in range(0, args.flocks, GROUP):
+            some = flocks[first : first + GROUP]
+            observations, values, num_actions = self.values(policy, teacher, some, rng)
+            self._observations.append(observations)
+            self._values.append(values)
+            self.measured.samples += num_actions
+        examples = np.concatenate(self._observations), np.concatenate(self._values)
+        self._network = fit(args, self.run.policy_spec, *examples, seed=int(rng.integers(2**31)))
+        self.measured.episodes += args.flocks * args.branches
+        return float(np.nanmean(examples[1][-args.flocks :]))
 
     def values(
         self, policy: Policy, teacher: Policy, flocks: range, rng: np.random.Generator
@@ -113,17 +134,18 @@ class Branches:
             The observations, shape (flocks, entries); the values in m, shape (flocks, candidates), which
             are nan for candidates that were not drawn; and the number of actions.
         """
-        candidates, num_flocks, num_actions = self._candidates, len(flocks), self.spec.num_actions
+        spec, num_flocks = self.run.policy_spec, len(flocks)
         source = self._batch(num_flocks)
         observations, _ = source.reset(range(num_flocks), list(flocks))
-        before = int(num_actions * rng.random() ** _EARLINESS)
+        before = int(spec.num_actions * rng.random() ** _EARLINESS)
         for _ in range(before):
-            actions = policy.act(observations, self.spec)
+            actions = policy.act(observations, spec)
             explored = rng.random(num_flocks) < EXPLORATION
-            drawn = rng.choice(candidates, int(explored.sum()))
-            actions[explored] = self.spec.actions.from_ranges(drawn)
+            drawn = rng.choice(self.args.ranges, int(explored.sum()))
+            actions[explored] = spec.actions.from_ranges(drawn)
             observations, *_ = source.step(actions)
-        chosen = np.array([rng.permutation(len(candidates))[: self._count] for _ in flocks])
+        candidates, branches = np.array(self.args.ranges), self.args.branches
+        chosen = np.array([rng.permutation(len(candidates))[:branches] for _ in flocks])
         values = np.full((num_flocks, len(candidates)), np.nan)
         found, after = self._play(source, candidates[chosen], teacher)
         np.put_along_axis(values, chosen, found, axis=1)
@@ -134,60 +156,20 @@ class Branches:
         num_flocks, num_copies = ranges.shape
         copies = self._batch(ranges.size)
         copies.set_state(source.get_state(np.repeat(np.arange(num_flocks), num_copies).tolist()))
-        actions, taken = self.spec.actions.from_ranges(ranges.ravel()), 0
+        spec, taken = self.run.policy_spec, 0
+        actions = spec.actions.from_ranges(ranges.ravel())
         while True:
             observations, _, has_ended, *_ = copies.step(actions, at_end="stay")
             taken += ranges.size
             if has_ended.all():
                 break
-            actions = teacher.act(observations, self.spec)
-        values: FloatArray = copies.core.metrics()[self._column]
+            actions = teacher.act(observations, spec)
+        values: FloatArray = copies.core.metrics()[self.run.task.spec.name]
         return values.reshape(ranges.shape), taken
 
     def _batch(self, num_flocks: int) -> FlockBatch:
-        options = cast("EnvOptions", self.spec.options)
+        options = cast("EnvOptions", self.run.policy_spec.options)
         return FlockBatch(self._model, options, num_flocks=num_flocks, num_threads=1)
-
-
-class ImitationRounds(Rounds[ImitationArguments]):
-    """An imitation of values.
-
-    Raises:
-        InputError: if a hyperparameter is unknown or there is no round, or if the task is a line or has
-            one range per agent.
-    """
-
-    kept = ("_network", "_observations", "_values")
-
-    def __init__(self, run: Run) -> None:
-        args = hyperparameters_of(run, ImitationArguments)
-        super().__init__(run, args, args.rounds)
-        if args.rounds < 1:
-            raise InputError("rounds", "at least 1", args.rounds)
-        self._branches = Branches(run, args.ranges, args.branches)
-        self._teacher = policy_of(args.teacher)
-        self._network: NetworkPolicy | None = None
-        self._observations: list[Observations] = []  # of every flock where it was copied
-        self._values: list[FloatArray] = []  # shape (flocks, candidates); nan: not drawn
-        torch.set_num_threads(1)
-
-    def round(self) -> float:
-        """Value candidates on new flocks and fit the network again; return the mean value."""
-        args, branches, seed = self.args, self._branches, self.run.seed
-        flocks = training_seeds(seed, self.completed * args.flocks, args.flocks)
-        policy = self._network or self._teacher
-        teacher = policy if args.improve else self._teacher
-        rng = np.random.default_rng([seed, self.completed])
-        for first in range(0, args.flocks, GROUP):
-            some = flocks[first : first + GROUP]
-            observations, values, num_actions = branches.values(policy, teacher, some, rng)
-            self._observations.append(observations)
-            self._values.append(values)
-            self.measured.samples += num_actions
-        examples = np.concatenate(self._observations), np.concatenate(self._values)
-        self._network = fit(args, branches.spec, *examples, seed=int(rng.integers(2**31)))
-        self.measured.episodes += args.flocks * args.branches
-        return float(np.nanmean(examples[1][-args.flocks :]))
 
     def policy(self) -> NetworkPolicy:
         """Return the policy that sets the best candidate."""

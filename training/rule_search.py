@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import msgspec
 import numpy as np
@@ -43,7 +43,7 @@ class Contender:
     name: str
     optimizer: CMA
     best: FloatArray
-    value: float = field(default=-np.inf)
+    value: float = -np.inf
 
 
 class RuleRounds(Rounds[RuleArguments]):
@@ -91,9 +91,9 @@ class RuleRounds(Rounds[RuleArguments]):
 
     def policy(self) -> Stored:
         """Return the best rule with its best numbers; it requires no entries but its own."""
-        name = self._left[0].name
-        rule = self._families[name].policy(self._left[0].best)
-        return rule.with_options(extra_entries=_entries_of(name)) if _entries_of(name) else rule
+        best = self._left[0]
+        rule, entries = self._families[best.name].policy(best.best), _entries_of(best.name)
+        return rule.with_options(extra_entries=entries) if entries else rule
 
     def _contender(self, name: str) -> Contender:
         zero = np.zeros(self._families[name].size)
