@@ -12,7 +12,7 @@ from tyro.conf import Positional, arg
 
 from flockesc_env import jobs
 from flockesc_env.cli.application import Application
-from flockesc_env.cli.flags import Backend, Progress, optional
+from flockesc_env.cli.flags import Backend, optional
 from flockesc_env.cli.output import Exit, check_folder, note, show
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import InputError
@@ -59,7 +59,6 @@ def paper(
         ),
     ] = (),
     backend: Backend = "processes",
-    progress: Progress = False,
 ) -> Exit:
     """Set the paper's claims and figures beside what this package measures.
 
@@ -71,8 +70,8 @@ def paper(
     """
     trials = Trials(flocks=flocks, lines=lines)
     if not figures:
-        return _run("paper", output, backend, progress=progress, trials=trials)
-    runner = _runner(output, "analysis", backend, progress=progress)
+        return _run("paper", output, backend, trials=trials)
+    runner = _runner(output, "analysis", backend)
     from studies.paper.figures import measure_and_draw
 
     for file in measure_and_draw(runner, output, figures, trials):
@@ -93,7 +92,6 @@ def robustness(
         ),
     ] = None,
     backend: Backend = "processes",
-    progress: Progress = False,
 ) -> Exit:
     """Find the best fixed range in every preset: does the paper's finding survive?
 
@@ -105,7 +103,7 @@ def robustness(
     """
     as_count(num_flocks, "num_flocks", least=2)  # without two there is no interval
     attacked_presets(presets)  # refuses unknown ones before heavy imports
-    return _run("robustness", output, backend, progress=progress, num_flocks=num_flocks, names=presets)
+    return _run("robustness", output, backend, num_flocks=num_flocks, names=presets)
 
 
 def validation(
@@ -121,7 +119,6 @@ def validation(
     ] = PARTS,
     scale: _Share = 1.0,
     backend: Backend = "processes",
-    progress: Progress = False,
 ) -> Exit:
     """Published results of other models and flocks, measured again with this simulator.
 
@@ -132,7 +129,7 @@ def validation(
     for name in only:
         if name not in PARTS:
             raise InputError("only", f"any of {', '.join(PARTS)}", repr(name))
-    return _run("validation", output, backend, progress=progress, only=only, scale=scale)
+    return _run("validation", output, backend, only=only, scale=scale)
 
 
 def findings(
@@ -140,7 +137,6 @@ def findings(
     output: _Output = Path("results/findings"),
     scale: _Share = 1.0,
     backend: Backend = "processes",
-    progress: Progress = False,
 ) -> Exit:
     """Choose the best trained policy of each task, and measure how it works and where it loses.
 
@@ -148,7 +144,7 @@ def findings(
 
     Example: python -m studies findings --scale 0.1
     """
-    return _run("findings", output, backend, progress=progress, scale=scale)
+    return _run("findings", output, backend, scale=scale)
 
 
 def scaling(
@@ -156,7 +152,6 @@ def scaling(
     output: _Output = Path("results/scaling"),
     scale: _Share = 1.0,
     backend: Backend = "processes",
-    progress: Progress = False,
 ) -> Exit:
     """Measure the best range in flocks of other sizes, dimensions, speeds and noise, and its law.
 
@@ -164,7 +159,7 @@ def scaling(
 
     Example: python -m studies scaling --scale 0.01
     """
-    return _run("scaling", output, backend, progress=progress, scale=scale)
+    return _run("scaling", output, backend, scale=scale)
 
 
 def scoreboard_freeze(
@@ -241,12 +236,12 @@ def reports() -> Exit:
     return Exit.DONE
 
 
-def _run(study: str, output: Path, backend: str, *, progress: bool, **options: Any) -> Exit:
+def _run(study: str, output: Path, backend: str, **options: Any) -> Exit:
     """Measure one of ``_STUDIES`` with its options; write its results, figures and report."""
     if not 0 < options.get("scale", 1) <= 1:
         raise InputError("scale", "a number in (0, 1]", options["scale"])
     place, extra = _STUDIES[study]
-    runner = _runner(output, extra, backend, progress=progress)
+    runner = _runner(output, extra, backend)
     resolve_name(place).run(runner, output, **options)
     return _saved(output)
 
@@ -256,14 +251,14 @@ def _saved(path: Path) -> Exit:
     return Exit.DONE
 
 
-def _runner(folder: Path, extra: str, backend: str, *, progress: bool = True) -> Runner:
+def _runner(folder: Path, extra: str, backend: str) -> Runner:
     """Check that libraries are installed and files can be written; return a runner that keeps results."""
     runs_on = jobs.find_backend(backend)
     check_folder(folder)
     require(extra, _LIBRARIES[extra])
     from studies.measurements import Runner
 
-    return Runner(jobs.Cache(folder / "cache"), runs_on, progress)
+    return Runner(jobs.Cache(folder / "cache"), runs_on)
 
 
 _MEASURING = (paper, robustness, scaling, validation, findings)
