@@ -32,7 +32,6 @@ _LIBRARIES = {
 
 _Output = Annotated[Path, arg(help="folder of results, figures and the report README.md; made if missing")]
 _Share = Annotated[float, arg(help="share of the flocks that run")]
-_Parts = Annotated[Path, arg(help="folder that keeps finished parts")]
 _RUNS = Path("runs/scoreboard")
 
 _STUDIES = {
@@ -133,10 +132,7 @@ def validation(
 
 
 def findings(
-    *,
-    output: _Output = Path("results/findings"),
-    scale: _Share = 1.0,
-    backend: Backend = "processes",
+    *, output: _Output = Path("results/findings"), scale: _Share = 1.0, backend: Backend = "processes"
 ) -> Exit:
     """Choose the best trained policy of each task, and measure how it works and where it loses.
 
@@ -148,10 +144,7 @@ def findings(
 
 
 def scaling(
-    *,
-    output: _Output = Path("results/scaling"),
-    scale: _Share = 1.0,
-    backend: Backend = "processes",
+    *, output: _Output = Path("results/scaling"), scale: _Share = 1.0, backend: Backend = "processes"
 ) -> Exit:
     """Measure the best range in flocks of other sizes, dimensions, speeds and noise, and its law.
 
@@ -165,27 +158,24 @@ def scaling(
 def scoreboard_freeze(
     names: Annotated[Positional[tuple[str, ...]], arg(help="tasks; none: all", metavar="TASK")] = (),
     *,
-    output: Annotated[Path, arg(help="file of the tasks")] = Path("flockesc_env/taskset/v1.toml"),
-    runs: _Parts = _RUNS,
     backend: Backend = "processes",
 ) -> Exit:
     """Measure again what normalizes scores, and write it into the file of the tasks (about an hour).
 
     Example: python -m studies scoreboard-freeze one-range
     """
-    runner = _runner(runs, "train", backend)
-    from studies.scoreboard.freeze import freeze
+    runner = _runner(_RUNS, "train", backend)
+    from studies.scoreboard.freeze import FILE, freeze
 
-    freeze(output, names, runner)
-    return _saved(output)
+    freeze(names, runner)
+    return _saved(FILE)
 
 
 def scoreboard_train(
     *,
     learners: Annotated[tuple[str, ...], arg(help="some of the learners; none: all")] = (),
     tasks: Annotated[tuple[str, ...], arg(help="some of the tasks; none: all")] = (),
-    most_seeds: Annotated[int, arg(help="at most this number of training seeds")] = 10,
-    runs: _Parts = _RUNS,
+    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = _RUNS,
     backend: Backend = "processes",
 ) -> Exit:
     """Train learners (hours for all), and score them and the rules that have no result yet.
@@ -198,16 +188,16 @@ def scoreboard_train(
     from studies.scoreboard.board import write_scores
     from studies.scoreboard.trainings import trainings
 
-    write_scores(runner.run(trainings(learners, tasks, most_seeds, runs), "Training"))
+    write_scores(runner.run(trainings(learners, tasks, runs), "Training"))
     return Exit.DONE
 
 
-def scoreboard_rewards(*, runs: _Parts = _RUNS, backend: Backend = "processes") -> Exit:
+def scoreboard_rewards(*, backend: Backend = "processes") -> Exit:
     """Measure which ranges the individual reward prefers, and which the flock does (minutes).
 
     Example: python -m studies scoreboard-rewards
     """
-    runner = _runner(runs, "train", backend)
+    runner = _runner(_RUNS, "train", backend)
     from studies.scoreboard.rewards import FILE, write
 
     write(runner)

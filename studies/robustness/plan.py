@@ -60,11 +60,10 @@ def _misses_the_center(scenario: FlockScenario) -> bool:
     """Whether a predator flies straight past the center, by a quarter of the region's side or more."""
     for predator in scenario.predators:
         if isinstance(predator, ConstantVelocity):
-            to_center_x, to_center_y = scenario.initial_side / 2 - np.array(predator.position)[:2]
-            velocity_x, velocity_y = np.array(predator.velocity)[:2]
-            speed = np.hypot(velocity_x, velocity_y)
-            across = abs(velocity_x * to_center_y - velocity_y * to_center_x)  # distance times speed
-            if speed > 0 and across / speed >= scenario.initial_side / 4:
+            to_center = scenario.initial_side / 2 - np.array(predator.position)[:2]
+            velocity = np.array(predator.velocity)[:2]
+            across = abs(np.linalg.det([velocity, to_center]))  # distance times speed
+            if across > 0 and across >= scenario.initial_side / 4 * np.linalg.norm(velocity):
                 return True
     return False
 

@@ -31,20 +31,22 @@ from studies.scoreboard.board import ANY_RATE, BEST_FIXED, BOARD, CHOOSING, CONS
 from studies.study import document
 from training.families import rules_of
 
+FILE: Final = Path("flockesc_env/taskset/v1.toml")
+
 _SIMULATED_FLOCKS: Final = {"paper-flock": 200, "startled": 60, "varied": 60}
 """Number of held-out flocks for the search of clairvoyant schedules, by scenario. One takes seconds."""
 
 
-def freeze(path: Path, names: Sequence[str], runner: Runner) -> None:
-    """Measure the numbers of some tasks again, all if no name is given, and write them into the file."""
-    frozen, rates = tomllib.loads(path.read_text("utf-8")), json.loads(ANY_RATE.read_text("utf-8"))
+def freeze(names: Sequence[str], runner: Runner) -> None:
+    """Measure the numbers of some tasks again, all if no name is given, and write them into ``FILE``."""
+    frozen, rates = tomllib.loads(FILE.read_text("utf-8")), json.loads(ANY_RATE.read_text("utf-8"))
     for name in names or tasks:
         task, entry = tasks[name], frozen["tasks"][name]
         entry["scales"] = {scenario: _scale(task, scenario, runner) for scenario in task.scenarios}
         measured = read_tasks(tomli_w.dumps(frozen))[name]
         rates[name] = {rule: own_score(measured, rule, runner) for rule in rules_of(task)}
     text = tomli_w.dumps(frozen)
-    write_text(path, text)
+    write_text(FILE, text)
     write_best_fixed(read_tasks(text).values(), runner)
     write_constants(runner)
     write_text(ANY_RATE, document({name: rates[name] for name in tasks if name in rates}))
