@@ -19,7 +19,7 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import write_text
 from studies.paper.plan import BATCH, LEAST_FLOCKS, Trials
-from studies.robustness.plan import attacked_presets
+from studies.robustness import attacked_presets
 from studies.validation import PARTS
 
 if TYPE_CHECKING:  # slow to import

@@ -17,7 +17,7 @@ from flockesc_env.scenario.presets import LITERATURE, OF_TASKS
 from studies.__main__ import STUDIES
 from studies.findings.report import FINDINGS
 from studies.paper.report import PAPER
-from studies.robustness.plan import attacked_presets
+from studies.robustness import attacked_presets
 from studies.robustness.survey import ROBUSTNESS, Finding, RobustnessResults, outcome
 from studies.scaling import flocks, law, survey
 from studies.scaling.survey import SCALING
