@@ -34,6 +34,8 @@ RECORDS = ("best_fixed_range.npz", "last_policy.npz")
 _COLORS = (LIGHT.fixed, LIGHT.learned)
 """Colors of the best fixed range and of the policy that is compared with it."""
 
+_TIMES = (0, 3, 6, 9)  # s of the pictures of a flock under attack
+
 
 def draw(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: int) -> None:
     """Compare policies on held-out flocks; print the table, write it, figures and two recorded runs.
@@ -123,18 +125,13 @@ def flock_over_time(runs: list[tuple[str, Trajectory]], objective: ObjectiveSpec
     return save_figure(figure, folder / "flock_over_time")
 
 
-def flock_under_attack(
-    runs: list[tuple[str, Trajectory]],
-    objective: ObjectiveSpec,
-    folder: Path,
-    times: tuple[float, ...] = (0, 3, 6, 9),
-) -> Path:
+def flock_under_attack(runs: list[tuple[str, Trajectory]], objective: ObjectiveSpec, folder: Path) -> Path:
     """Draw one flock at some times, a row per policy, agents colored by their range; return the file."""
     top = max(float(run.interaction_ranges.max()) for _, run in runs)
     scenario = runs[0][1].scenario
-    steps = [min(round(time / scenario.time_step), scenario.num_steps - 1) for time in times]
+    steps = [min(round(time / scenario.time_step), scenario.num_steps - 1) for time in _TIMES]
     low, high = _frame([(run, step) for _, run in runs for step in steps])
-    width = (WIDTH - 1.4) / len(times)
+    width = (WIDTH - 1.4) / len(_TIMES)
     height = width * (high[1] - low[1]) / (high[0] - low[0])
     figure = Figure(figsize=(WIDTH, (height + 0.75) * len(runs) + 0.2), layout="constrained")
     parts = figure.subfigures(len(runs), 1, squeeze=False)[:, 0]
@@ -150,7 +147,7 @@ def flock_under_attack(
             color=_COLORS[place],
             fontweight="bold",
         )
-        panels = part.subplots(1, len(times), sharex=True, sharey=True, squeeze=False)[0]
+        panels = part.subplots(1, len(_TIMES), sharex=True, sharey=True, squeeze=False)[0]
         for axes, step in zip(panels, steps, strict=True):
             arrows = _snapshot(axes, trajectory, step, top)
             axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
@@ -161,14 +158,14 @@ def flock_under_attack(
     return save_figure(figure, folder / "flock_under_attack")
 
 
-def _frame(shown: list[tuple[Trajectory, int]], margin: float = 15.0) -> tuple[Any, Any]:
-    """Return the corners of a box around all agents and predator ranges at some steps of runs."""
+def _frame(shown: list[tuple[Trajectory, int]]) -> tuple[Any, Any]:
+    """Return the corners of a box around agents and predator ranges at some steps of runs, with a margin."""
     corners = []
     for run, step in shown:
         reach, predators = run.scenario.predator_range, run.predator_positions[step, :, :2]
         corners += [run.positions[step, :, :2], predators - reach, predators + reach]
     seen = np.concatenate(corners)
-    return seen.min(axis=0) - margin, seen.max(axis=0) + margin
+    return seen.min(axis=0) - 15, seen.max(axis=0) + 15
 
 
 def _snapshot(axes: Axes, trajectory: Trajectory, step: int, top: float) -> Any:

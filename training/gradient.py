@@ -13,13 +13,13 @@ import jax.numpy as jnp
 import numpy as np
 import optax
 
-from flockesc_env import InputError
+from flockesc_env import InputError, NetworkPolicy
 from flockesc_env import jax as twin
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies import Architecture
 from training.families import Networks
-from training.rounds import Arguments, NetworkRounds, hyperparameters_of
+from training.rounds import Arguments, Rounds, hyperparameters_of
 from training.run import Run
 
 Layers = list[tuple[Any, Any]]
@@ -53,14 +53,15 @@ class GradientArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_fie
     updates: int = 400
 
 
-class GradientRounds(NetworkRounds[GradientArguments]):
+class GradientRounds(Rounds[GradientArguments]):
     """A training run with gradients.
 
     Raises:
         InputError: if a hyperparameter is unknown or out of bounds; if ``flockesc_env.jax`` refuses the task.
     """
 
-    kept = ("best", "layers", "_moments")
+    kept = ("layers", "_moments")
+    ends_with_best = True
 
     def __init__(self, run: Run) -> None:
         args = hyperparameters_of(run, GradientArguments)
@@ -86,6 +87,10 @@ class GradientRounds(NetworkRounds[GradientArguments]):
     def vector(self) -> FloatArray:
         """The parameters of the network."""
         return np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(self.layers)])
+
+    def policy(self) -> NetworkPolicy:
+        """Return the network."""
+        return self.family.policy(self.vector)
 
     def round(self) -> float:
         """Update the network with the gradients of new flocks; return their mean objective."""

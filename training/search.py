@@ -5,12 +5,12 @@ import math
 import numpy as np
 from cmaes import CMA
 
-from flockesc_env.common.stats import FloatArray
+from flockesc_env import NetworkPolicy
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies import Architecture
 from training.cma import generation
 from training.families import Networks
-from training.rounds import Arguments, NetworkRounds, hyperparameters_of
+from training.rounds import Arguments, Rounds, hyperparameters_of
 from training.run import Run
 
 
@@ -46,14 +46,15 @@ class SearchArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_field
     restarts: int = 1
 
 
-class SearchRounds(NetworkRounds[SearchArguments]):
+class SearchRounds(Rounds[SearchArguments]):
     """A search; a round is a generation, whose policies play the same flocks.
 
     Raises:
         InputError: if a hyperparameter is unknown.
     """
 
-    kept = ("best", "_optimizer")
+    kept = ("_optimizer",)
+    ends_with_best = True
 
     def __init__(self, run: Run) -> None:
         args = hyperparameters_of(run, SearchArguments)
@@ -77,11 +78,9 @@ class SearchRounds(NetworkRounds[SearchArguments]):
         values, self._optimizer = generation(self, self.family, self._optimizer, flocks)
         return float(values.mean())
 
-    @property
-    def vector(self) -> FloatArray:
-        """Mean of the search distribution."""
-        center: FloatArray = self._optimizer.mean
-        return center
+    def policy(self) -> NetworkPolicy:
+        """Return the network with the mean of the search distribution."""
+        return self.family.policy(self._optimizer.mean)
 
     def _new_optimizer(self) -> CMA:
         zero, args = np.zeros(self.family.size), self.args

@@ -1,4 +1,4 @@
-"""The best fixed range in attacked variations of the paper's flock: their list, and their grids of actions."""
+"""The best fixed range in attacked variations of the paper's flock: the list of these, and their grids."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass

@@ -127,8 +127,7 @@ def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
     tuned = _fixed(model, grid, _tuning(model), task, runner)
     best = grid[int(tuned.mean(axis=1).argmax())]
     (fixed,) = _fixed(model, [best], FLOCKS, task, runner)
-    kind = _kind(task, model)
-    reached = _reference(task, kind, scenario, runner)
+    kind, reached = _reference(task, scenario, runner)
     same_flocks = fixed[: len(reached)]
     found: dict[str, Any] = {
         "best_fixed_range": best,
@@ -142,24 +141,20 @@ def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
     return found
 
 
-def _kind(task: Task, model: Scenario) -> str:
-    """Return the reference of a scenario: a bound where there is one for what the task's actions set."""
+def _reference(task: Task, scenario: str, runner: Runner) -> tuple[str, FloatArray]:
+    """Return the reference of a scenario: a bound where there is one for what the task's actions set.
+
+    Its objective is that on the first held-out flocks, all of them if it is fast.
+    """
+    model, flocks, size = task.scenarios[scenario], FLOCKS, 100
     if not isinstance(model, FlockScenario):
-        return "hindsight"
+        return "hindsight", _hindsight(task, scenario, runner)
+    kind = "free headings" if references.is_bounded(model) else "informed greedy"
     if not task.per_agent:
-        return "clairvoyant"
-    return "free headings" if references.is_bounded(model) else "informed greedy"
-
-
-def _reference(task: Task, kind: str, scenario: str, runner: Runner) -> FloatArray:
-    """Return the objective of the reference on the first held-out flocks, all of them if it is fast."""
-    if kind == "hindsight":
-        return _hindsight(task, scenario, runner)
-    flocks = FLOCKS[: _SIMULATED_FLOCKS.get(scenario, 200)] if kind == "clairvoyant" else FLOCKS
+        kind, flocks, size = "clairvoyant", FLOCKS[: _SIMULATED_FLOCKS.get(scenario, 200)], 5
     function = getattr(references, kind.replace(" ", "_"))
-    size = 5 if kind == "clairvoyant" else 100
     jobs = split(function, task.name, scenario, flocks=flocks, size=size, seconds=0.1)
-    return runner.join(jobs, f"{kind} in {scenario}")["objective"]
+    return kind, runner.join(jobs, f"{kind} in {scenario}")["objective"]
 
 
 def _hindsight(task: Task, scenario: str, runner: Runner) -> FloatArray:
