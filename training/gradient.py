@@ -138,9 +138,7 @@ def first_layers(network: Architecture, first: float, seed: int) -> Layers:
     Every memory value is a latch at first: it passes through one unit of each hidden layer back to itself.
     """
     rng = np.random.default_rng(seed)
-    layers = [
-        (rng.normal(0, rows**-0.5, (rows, columns)), np.zeros(columns)) for rows, columns in network.shapes
-    ]
+    layers = [(rng.normal(0, shape[0] ** -0.5, shape), np.zeros(shape[1])) for shape in network.shapes]
     (last, biases), units = layers[-1], np.arange(network.memory)
     biases[0] = np.arctanh(first)
     last[:, 1:] *= _INTO_MEMORY
@@ -153,9 +151,8 @@ def first_layers(network: Architecture, first: float, seed: int) -> Layers:
 
 def _mirrored(observed: jax.Array, names: tuple[str, ...]) -> jax.Array:
     """Reflect observations as ``Architecture.mirror`` does."""
-    predator, heard = (
-        observed[..., names.index(f"{name}_left")] for name in ("predator_direction", "heard_velocity")
-    )
+    predator = observed[..., names.index("predator_direction_left")]
+    heard = observed[..., names.index("heard_velocity_left")]
     is_left = jnp.array([name.endswith("_left") for name in names])
     is_right = jnp.where(predator == 0, heard, predator)[..., None] < 0
     return jnp.where(is_left & is_right, -observed, observed)

@@ -103,5 +103,4 @@ class RuleRounds(Rounds[RuleArguments]):
 def _entries_of(name: str) -> tuple[str, ...]:
     """Return the entries that a rule observes beside those that every observation has."""
     known = {} if name == FIXED else load_policy(name).options or {}
-    entries: tuple[str, ...] = known.get("extra_entries", ())
-    return entries
+    return tuple(known.get("extra_entries", ()))

@@ -98,13 +98,12 @@ class Run:
 
     def setup(self, policy: Policy) -> Setup:
         """Return how a policy plays in the environment, on one thread."""
-        per_agent = self.task.per_agent
-        return setup(policy, self.task.scenario, per_agent=per_agent, num_threads=1, **self.options)
+        task = self.task
+        return setup(policy, task.scenario, per_agent=task.per_agent, num_threads=1, **self.options)
 
     def objectives(self, policy: Policy, seeds: Sequence[int], *, batch_size: int = 64) -> FloatArray:
         """Play a policy; return the objective, shape (seeds,)."""
-        columns = play(self.setup(policy), seeds, batch_size=batch_size)
-        return columns[self.task.spec.name]
+        return play(self.setup(policy), seeds, batch_size=batch_size)[self.task.spec.name]
 
     def record(self) -> dict[str, Any]:
         """Return what decides the results of the run."""
@@ -208,6 +207,5 @@ def train(run: Run, *, resume: bool = False) -> Path:
         from training import sb3
 
         return sb3.train(run, resume=resume)
-    rounds: Any = resolve_name(_OWN[run.learner.algorithm])
-    path: Path = rounds(run).train(resume=resume)
+    path: Path = resolve_name(_OWN[run.learner.algorithm])(run).train(resume=resume)
     return path
