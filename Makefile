@@ -46,7 +46,7 @@ demo: build ## train a range policy and compare it with the best fixed range (ab
 	$(BIN)/python -m training figures stubborn-leaders $(DEMO) --task per-agent-visible \
 	  --output $(DEMO)/comparison
 
-speed paper robustness findings scaling validation arms-race: PROFILE := release
+speed paper robustness findings scaling validation: PROFILE := release
 
 .PHONY: speed
 speed: build ## benchmark this project and its peers (about 15 minutes)
@@ -73,10 +73,6 @@ scaling: build ## measure the law of the best range (about an hour on one core)
 .PHONY: validation
 validation: build ## measure published results of other models (about 45 minutes)
 	$(BIN)/python -m studies validation --output results/validation
-
-.PHONY: arms-race
-arms-race: build ## train predators and flock policies in turns (about 40 minutes on one core)
-	$(BIN)/python -m studies arms-race --output results/arms_race
 
 .PHONY: test
 test: lint test-rust test-python ## run linters and all tests except the slow ones

@@ -12,14 +12,14 @@ from tyro.conf import Positional, arg
 
 from flockesc_env import jobs
 from flockesc_env.cli.application import Application
-from flockesc_env.cli.flags import Backend, Progress, optional
+from flockesc_env.cli.flags import Backend, optional
 from flockesc_env.cli.output import Exit, check_folder, note, show
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import write_text
 from studies.paper.plan import BATCH, LEAST_FLOCKS, Trials
-from studies.robustness.plan import attacked_presets
+from studies.robustness import attacked_presets
 from studies.validation import PARTS
 
 if TYPE_CHECKING:  # slow to import
@@ -32,7 +32,6 @@ _LIBRARIES = {
 
 _Output = Annotated[Path, arg(help="folder of results, figures and the report README.md; made if missing")]
 _Share = Annotated[float, arg(help="share of the flocks that run")]
-_Parts = Annotated[Path, arg(help="folder that keeps finished parts")]
 _RUNS = Path("runs/scoreboard")
 
 _STUDIES = {
@@ -40,7 +39,6 @@ _STUDIES = {
     "robustness": ("studies.robustness.survey:ROBUSTNESS", "analysis"),
     "scaling": ("studies.scaling.survey:SCALING", "analysis"),
     "validation": ("studies.validation.survey:VALIDATION", "analysis"),
-    "arms_race": ("studies.arms_race.report:ARMS_RACE", "train"),
     "findings": ("studies.findings.report:FINDINGS", "train"),
 }
 """Where each study is and the extra that it needs, by its folder in results/. Their imports are slow."""
@@ -60,7 +58,6 @@ def paper(
         ),
     ] = (),
     backend: Backend = "processes",
-    progress: Progress = False,
 ) -> Exit:
     """Set the paper's claims and figures beside what this package measures.
 
@@ -72,8 +69,8 @@ def paper(
     """
     trials = Trials(flocks=flocks, lines=lines)
     if not figures:
-        return _run("paper", output, backend, progress=progress, trials=trials)
-    runner = _runner(output, "analysis", backend, progress=progress)
+        return _run("paper", output, backend, trials=trials)
+    runner = _runner(output, "analysis", backend)
     from studies.paper.figures import measure_and_draw
 
     for file in measure_and_draw(runner, output, figures, trials):
@@ -94,7 +91,6 @@ def robustness(
         ),
     ] = None,
     backend: Backend = "processes",
-    progress: Progress = False,
 ) -> Exit:
     """Find the best fixed range in every preset: does the paper's finding survive?
 
@@ -106,7 +102,7 @@ def robustness(
     """
     as_count(num_flocks, "num_flocks", least=2)  # without two there is no interval
     attacked_presets(presets)  # refuses unknown ones before heavy imports
-    return _run("robustness", output, backend, progress=progress, num_flocks=num_flocks, names=presets)
+    return _run("robustness", output, backend, num_flocks=num_flocks, names=presets)
 
 
 def validation(
@@ -122,7 +118,6 @@ def validation(
     ] = PARTS,
     scale: _Share = 1.0,
     backend: Backend = "processes",
-    progress: Progress = False,
 ) -> Exit:
     """Published results of other models and flocks, measured again with this simulator.
 
@@ -133,34 +128,11 @@ def validation(
     for name in only:
         if name not in PARTS:
             raise InputError("only", f"any of {', '.join(PARTS)}", repr(name))
-    return _run("validation", output, backend, progress=progress, only=only, scale=scale)
-
-
-def arms_race(
-    *,
-    output: _Output = Path("results/arms_race"),
-    rounds: Annotated[int, arg(help="rounds, in which a flock policy and then a predator is trained")] = 3,
-    num_flocks: Annotated[int, arg(help="held-out flocks of the cross-play, at least 2")] = 1000,
-    backend: Backend = "processes",
-    progress: Progress = False,
-) -> Exit:
-    """Train predators and flock policies against each other in turns, and play all against all.
-
-    About 40 minutes on one core; interrupted, run it again to continue.
-
-    Example: python -m studies arms-race --backend serial
-    """
-    as_count(rounds, "rounds")
-    as_count(num_flocks, "num_flocks", least=2)
-    return _run("arms_race", output, backend, progress=progress, rounds=rounds, num_flocks=num_flocks)
+    return _run("validation", output, backend, only=only, scale=scale)
 
 
 def findings(
-    *,
-    output: _Output = Path("results/findings"),
-    scale: _Share = 1.0,
-    backend: Backend = "processes",
-    progress: Progress = False,
+    *, output: _Output = Path("results/findings"), scale: _Share = 1.0, backend: Backend = "processes"
 ) -> Exit:
     """Choose the best trained policy of each task, and measure how it works and where it loses.
 
@@ -168,15 +140,11 @@ def findings(
 
     Example: python -m studies findings --scale 0.1
     """
-    return _run("findings", output, backend, progress=progress, scale=scale)
+    return _run("findings", output, backend, scale=scale)
 
 
 def scaling(
-    *,
-    output: _Output = Path("results/scaling"),
-    scale: _Share = 1.0,
-    backend: Backend = "processes",
-    progress: Progress = False,
+    *, output: _Output = Path("results/scaling"), scale: _Share = 1.0, backend: Backend = "processes"
 ) -> Exit:
     """Measure the best range in flocks of other sizes, dimensions, speeds and noise, and its law.
 
@@ -184,33 +152,30 @@ def scaling(
 
     Example: python -m studies scaling --scale 0.01
     """
-    return _run("scaling", output, backend, progress=progress, scale=scale)
+    return _run("scaling", output, backend, scale=scale)
 
 
 def scoreboard_freeze(
     names: Annotated[Positional[tuple[str, ...]], arg(help="tasks; none: all", metavar="TASK")] = (),
     *,
-    output: Annotated[Path, arg(help="file of the tasks")] = Path("flockesc_env/taskset/v1.toml"),
-    runs: _Parts = _RUNS,
     backend: Backend = "processes",
 ) -> Exit:
     """Measure again what normalizes scores, and write it into the file of the tasks (about an hour).
 
     Example: python -m studies scoreboard-freeze one-range
     """
-    runner = _runner(runs, "train", backend)
-    from studies.scoreboard.freeze import freeze
+    runner = _runner(_RUNS, "train", backend)
+    from studies.scoreboard.freeze import FILE, freeze
 
-    freeze(output, names, runner)
-    return _saved(output)
+    freeze(names, runner)
+    return _saved(FILE)
 
 
 def scoreboard_train(
     *,
     learners: Annotated[tuple[str, ...], arg(help="some of the learners; none: all")] = (),
     tasks: Annotated[tuple[str, ...], arg(help="some of the tasks; none: all")] = (),
-    most_seeds: Annotated[int, arg(help="at most this number of training seeds")] = 10,
-    runs: _Parts = _RUNS,
+    runs: Annotated[Path, arg(help="folder that keeps finished parts")] = _RUNS,
     backend: Backend = "processes",
 ) -> Exit:
     """Train learners (hours for all), and score them and the rules that have no result yet.
@@ -223,16 +188,16 @@ def scoreboard_train(
     from studies.scoreboard.board import write_scores
     from studies.scoreboard.trainings import trainings
 
-    write_scores(runner.run(trainings(learners, tasks, most_seeds, runs), "Training"))
+    write_scores(runner.run(trainings(learners, tasks, runs), "Training"))
     return Exit.DONE
 
 
-def scoreboard_rewards(*, runs: _Parts = _RUNS, backend: Backend = "processes") -> Exit:
+def scoreboard_rewards(*, backend: Backend = "processes") -> Exit:
     """Measure which ranges the individual reward prefers, and which the flock does (minutes).
 
     Example: python -m studies scoreboard-rewards
     """
-    runner = _runner(runs, "train", backend)
+    runner = _runner(_RUNS, "train", backend)
     from studies.scoreboard.rewards import FILE, write
 
     write(runner)
@@ -261,12 +226,12 @@ def reports() -> Exit:
     return Exit.DONE
 
 
-def _run(study: str, output: Path, backend: str, *, progress: bool, **options: Any) -> Exit:
+def _run(study: str, output: Path, backend: str, **options: Any) -> Exit:
     """Measure one of ``_STUDIES`` with its options; write its results, figures and report."""
     if not 0 < options.get("scale", 1) <= 1:
         raise InputError("scale", "a number in (0, 1]", options["scale"])
     place, extra = _STUDIES[study]
-    runner = _runner(output, extra, backend, progress=progress)
+    runner = _runner(output, extra, backend)
     resolve_name(place).run(runner, output, **options)
     return _saved(output)
 
@@ -276,17 +241,17 @@ def _saved(path: Path) -> Exit:
     return Exit.DONE
 
 
-def _runner(folder: Path, extra: str, backend: str, *, progress: bool = True) -> Runner:
+def _runner(folder: Path, extra: str, backend: str) -> Runner:
     """Check that libraries are installed and files can be written; return a runner that keeps results."""
     runs_on = jobs.find_backend(backend)
     check_folder(folder)
     require(extra, _LIBRARIES[extra])
     from studies.measurements import Runner
 
-    return Runner(jobs.Cache(folder / "cache"), runs_on, progress)
+    return Runner(jobs.Cache(folder / "cache"), runs_on)
 
 
-_MEASURING = (paper, robustness, scaling, validation, arms_race, findings)
+_MEASURING = (paper, robustness, scaling, validation, findings)
 _SCOREBOARD = (scoreboard_freeze, scoreboard_train, scoreboard_rewards)
 _COMMANDS: dict[str, Callable[..., Exit]] = {
     command.__name__.replace("_", "-"): command for command in (*_MEASURING, *_SCOREBOARD, reports)

@@ -28,13 +28,12 @@ class Runner:
 
     cache: Cache
     backend: Backend
-    progress: bool = False
 
     def run(self, jobs: Mapping[Key, Job | Sequence[Job]], title: str) -> dict[Key, Arrays]:
         """Run the jobs of every key; several of them differ in their seeds, and their results are joined."""
         groups = {key: [group] if isinstance(group, Job) else group for key, group in jobs.items()}
         every = [job for group in groups.values() for job in group]
-        found = iter(run(every, self.cache, self.backend, title=title, progress=self.progress))
+        found = iter(run(every, self.cache, self.backend, title=title))
         return {key: _joined([*islice(found, len(group))]) for key, group in groups.items()}
 
     def join(self, jobs: Sequence[Job], title: str) -> Arrays:

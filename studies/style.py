@@ -76,10 +76,8 @@ def draw_forest(axes: Axes, groups: Mapping[str, Mapping[str, Estimate]]) -> Non
     The mean stands at the right end of each row.
     """
     labels: list[str] = []
-    color, right = (
-        LIGHT.fixed,
-        offset_copy(axes.get_yaxis_transform(), axes.get_figure(root=True), 4, units="points"),
-    )
+    color, across = LIGHT.fixed, axes.get_yaxis_transform()
+    right = offset_copy(across, axes.get_figure(root=True), 4, units="points")
     for title, rows in groups.items():
         labels.append(title)
         for name, estimate in rows.items():

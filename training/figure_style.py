@@ -24,33 +24,22 @@ BAND = "0.88"
 """Gray of the interval around a curve."""
 
 mpl.rcdefaults()  # instead of the user's matplotlibrc
-mpl.rcParams.update(
-    {
-        "font.size": 9,
-        "axes.titlesize": 10,
-        "axes.titlelocation": "left",
-        "axes.labelsize": 9,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.edgecolor": LIGHT.muted,
-        "axes.labelcolor": LIGHT.ink,
-        "axes.titlecolor": LIGHT.ink,
-        "text.color": LIGHT.ink,
-        "xtick.color": LIGHT.muted,
-        "ytick.color": LIGHT.muted,
-        "xtick.labelcolor": LIGHT.ink,
-        "ytick.labelcolor": LIGHT.ink,
-        "xtick.labelsize": 9,
-        "ytick.labelsize": 9,
-        "figure.titlesize": 11,
-        "legend.frameon": False,
-        "grid.color": LIGHT.grid,
-    }
-)
+mpl.rc("font", size=9)
+mpl.rc("figure", titlesize=11)
+mpl.rc("text", color=LIGHT.ink)
+mpl.rc("axes", titlesize=10, titlelocation="left", titlecolor=LIGHT.ink)
+mpl.rc("axes", labelsize=9, labelcolor=LIGHT.ink, edgecolor=LIGHT.muted)
+mpl.rc("axes.spines", top=False, right=False)
+mpl.rc("xtick", labelsize=9, labelcolor=LIGHT.ink, color=LIGHT.muted)
+mpl.rc("ytick", labelsize=9, labelcolor=LIGHT.ink, color=LIGHT.muted)
+mpl.rc("legend", frameon=False)
+mpl.rc("grid", color=LIGHT.grid)
 
 
 def label_ends(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float = 0.075) -> None:
     """Write labels right of the axes at the heights of the curves' ends, moved apart where they overlap.
+
+    Thin lines lead from moved labels.
 
     Args:
         axes: the panel, with its final limits.
@@ -58,30 +47,23 @@ def label_ends(axes: Axes, labels: Sequence[tuple[float, str, str]], gap: float 
         gap: least distance between labels, as a share of the height of the panel.
     """
     last = float(axes.get_xlim()[1])
-    label_points(axes, [((last, height), text, color) for height, text, color in labels], gap, 5.0)
-
-
-def label_points(
-    axes: Axes, labels: Sequence[tuple[tuple[float, float], str, str]], gap: float, offset: float = 8.0
-) -> None:
-    """Write labels ``offset`` pt right of points in data coordinates. Thin lines lead from moved labels."""
     axes.get_ylim()  # computes limits that are still to be computed
     to_axes = axes.transScale + axes.transLimits
-    ordered = sorted(labels, key=lambda label: label[0][1])
-    points = [to_axes.transform(point) for point, _, _ in ordered]
-    places = [float(y) for _, y in points]
+    ordered = sorted(labels, key=lambda label: label[0])
+    heights = [float(to_axes.transform((last, height))[1]) for height, _, _ in ordered]
+    places = [*heights]
     for _ in range(200):
         for below in range(len(places) - 1):
             overlap = max(gap - (places[below + 1] - places[below]), 0.0)
             places[below] -= overlap / 2
             places[below + 1] += overlap / 2
-    for place, (x, y), (_, text, color) in zip(places, points, ordered, strict=True):
-        has_moved = abs(place - float(y)) > 0.2 * gap
-        away = offset + 12 * has_moved
+    for place, height, (_, text, color) in zip(places, heights, ordered, strict=True):
+        has_moved = abs(place - height) > 0.2 * gap
+        away = 5 + 12 * has_moved
         axes.annotate(
             text,
-            (float(x), float(y)),
-            xytext=(float(x), place),
+            (1.0, height),
+            xytext=(1.0, place),
             xycoords="axes fraction",
             textcoords=offset_copy(axes.transAxes, axes.get_figure(root=True), away, units="points"),
             color=color,

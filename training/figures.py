@@ -1,29 +1,43 @@
-"""``python -m training figures``: ``flockesc compare`` with figures and recorded runs."""
+"""``python -m training figures``: ``flockesc compare`` with figures and recorded runs.
+
+Figures of a comparison: one flock over time, one flock under attack.
+"""
 
 import json
 import os
 import shlex
 import sys
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario, InputError, load_policy, save_run, simulate
 from flockesc_env.common.files import check_writable, write_text
+from flockesc_env.models import Trajectory
 from flockesc_env.models.records import versions
 from flockesc_env.policies import BasePolicy
-from flockesc_env.policies.comparison import Comparison
+from flockesc_env.render.frames import SILENT, policy_title
+from flockesc_env.render.palette import LIGHT
+from flockesc_env.scenario.objectives import ObjectiveSpec
 from flockesc_env.taskset import Task
-from training import plots
-from training.figure_style import save_figure
+from training.figure_style import RANGES, WIDTH, draw_predator, label_ends, save_figure
 
 RECORDS = ("best_fixed_range.npz", "last_policy.npz")
 """Recorded runs of one flock, for ``flockesc watch``."""
 
+_COLORS = (LIGHT.fixed, LIGHT.learned)
+"""Colors of the best fixed range and of the policy that is compared with it."""
 
-def draw(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: int) -> Comparison:
+_TIMES = (0, 3, 6, 9)  # s of the pictures of a flock under attack
+
+
+def draw(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: int) -> None:
     """Compare policies on held-out flocks; print the table, write it, figures and two recorded runs.
 
     Raises:
@@ -52,11 +66,116 @@ def draw(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: in
         save_run(run, output / file, name=name)
     figures = [
         save_figure(found.plot(), output / "objective_against_range"),
-        plots.flock_over_time(runs, task.spec, output),
-        plots.flock_under_attack(runs, task.spec, output),
+        flock_over_time(runs, task.spec, output),
+        flock_under_attack(runs, task.spec, output),
     ]
     print("\nFigures:", *figures, sep="\n  ")
     files = [str(output / file) for file in RECORDS]
     program = os.path.relpath(Path(sys.executable).with_name("flockesc"))
     print("\nWatch this flock in the browser:", shlex.join([program, "watch", *files]), sep="\n  ")
-    return found
+
+
+def _title(name: str, place: int) -> str:
+    """Return the title of a policy; the second one is learned, and its run's name says nothing to others."""
+    title = policy_title(name)
+    return "learned policy" if place and title == name else title
+
+
+def flock_over_time(runs: list[tuple[str, Trajectory]], objective: ObjectiveSpec, folder: Path) -> Path:
+    """Draw the objective so far, and how far agents listen under the last policy; return the file."""
+    figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
+    above, below = figure.subplots(2, sharex=True, height_ratios=(3, 2))
+    ends = []
+    for place, ((name, trajectory), color) in enumerate(zip(runs, _COLORS, strict=True)):
+        title, values = _title(name, place), getattr(trajectory, objective.series)
+        lowest = np.minimum.accumulate(values)
+        above.plot(trajectory.times, values, color=color, lw=0.7)
+        above.plot(trajectory.times, lowest, color=color, lw=2)
+        at = int(np.argmin(values))
+        above.plot(trajectory.times[at], values[at], "o", color=color)
+        above.annotate(
+            f"{objective.symbol} {objective.text(values[at])}",
+            (trajectory.times[at], values[at]),
+            xytext=(-3, 7) if place else (0, -16),
+            textcoords="offset points",
+            ha="right" if place else "center",
+            color=color,
+        )
+        ends.append((float(lowest[-1]), title, color))
+    name, trajectory = runs[-1]
+    top = max(float(trajectory.interaction_ranges.max()), 5 * SILENT)
+    edges = np.array([0, SILENT, top / 4, top / 2, top])
+    bins = np.digitize(trajectory.interaction_ranges, edges[1:-1])
+    base, bands = np.zeros(len(bins)), []
+    for index, (start, end) in enumerate(pairwise(edges)):
+        share, color = 100 * (bins == index).mean(axis=1), to_hex(RANGES(end / top if index else 0.0))
+        below.stairs(base + share, trajectory.times, baseline=base, fill=True, color=color)
+        bands.append((base[-1] + share[-1] / 2, f"{start:.3g} to {end:.3g} m" if index else "nobody", color))
+        base = base + share
+    above.margins(x=0, y=0.2)
+    above.set_ylabel(objective.with_unit(objective.label))
+    above.set_title(f"One flock (seed {runs[0][1].seed}): {objective.symbol} so far; thin: the value now")
+    below.set_ylabel("agents (%)")
+    below.set_title(f"How far agents listen: {_title(name, 1)}")
+    below.set_xlabel("time (s)")
+    below.set_ylim(0, 100)
+    below.margins(x=0)
+    label_ends(above, ends)
+    label_ends(below, bands, gap=0.12)
+    return save_figure(figure, folder / "flock_over_time")
+
+
+def flock_under_attack(runs: list[tuple[str, Trajectory]], objective: ObjectiveSpec, folder: Path) -> Path:
+    """Draw one flock at some times, a row per policy, agents colored by their range; return the file."""
+    top = max(float(run.interaction_ranges.max()) for _, run in runs)
+    scenario = runs[0][1].scenario
+    steps = [min(round(time / scenario.time_step), scenario.num_steps - 1) for time in _TIMES]
+    low, high = _frame([(run, step) for _, run in runs for step in steps])
+    width = (WIDTH - 1.4) / len(_TIMES)
+    height = width * (high[1] - low[1]) / (high[0] - low[0])
+    figure = Figure(figsize=(WIDTH, (height + 0.75) * len(runs) + 0.2), layout="constrained")
+    parts = figure.subfigures(len(runs), 1, squeeze=False)[:, 0]
+    baseline = getattr(runs[0][1], objective.series).min()
+    arrows: Any = None
+    for place, (part, (name, trajectory)) in enumerate(zip(parts, runs, strict=True)):
+        reached = getattr(trajectory, objective.series).min()
+        gain = f", gain {objective.text(reached - baseline, '+')}" if place else ""
+        part.suptitle(
+            f"{_title(name, place)}: {objective.symbol} {objective.text(reached)}{gain}",
+            x=0.01,
+            ha="left",
+            color=_COLORS[place],
+            fontweight="bold",
+        )
+        panels = part.subplots(1, len(_TIMES), sharex=True, sharey=True, squeeze=False)[0]
+        for axes, step in zip(panels, steps, strict=True):
+            arrows = _snapshot(axes, trajectory, step, top)
+            axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+            if place:
+                axes.set_xlabel("x (m)")
+        panels[0].set_ylabel("y (m)")
+        part.colorbar(arrows, ax=list(panels), label="range (m)", aspect=12, ticks=np.linspace(0, top, 5))
+    return save_figure(figure, folder / "flock_under_attack")
+
+
+def _frame(shown: list[tuple[Trajectory, int]]) -> tuple[Any, Any]:
+    """Return the corners of a box around agents and predator ranges at some steps of runs, with a margin."""
+    corners = []
+    for run, step in shown:
+        reach, predators = run.scenario.predator_range, run.predator_positions[step, :, :2]
+        corners += [run.positions[step, :, :2], predators - reach, predators + reach]
+    seen = np.concatenate(corners)
+    return seen.min(axis=0) - 15, seen.max(axis=0) + 15
+
+
+def _snapshot(axes: Axes, trajectory: Trajectory, step: int, top: float) -> Any:
+    positions, velocities = trajectory.positions[step, :, :2], trajectory.velocities[step, :, :2]
+    colors = np.broadcast_to(trajectory.interaction_ranges[step], len(positions))
+    for path in trajectory.predator_positions[: step + 1, :, :2].swapaxes(0, 1):
+        draw_predator(axes, path, trajectory.scenario.predator_range)
+    arrows = axes.quiver(
+        *positions.T, *velocities.T, colors, cmap=RANGES, clim=(0, top), scale=220, width=0.009, headwidth=4
+    )
+    axes.set_aspect("equal")
+    axes.set_title(f"{trajectory.times[step]:.0f} s: {trajectory.mean_distance[step]:.0f} m away", fontsize=9)
+    return arrows

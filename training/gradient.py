@@ -13,13 +13,13 @@ import jax.numpy as jnp
 import numpy as np
 import optax
 
-from flockesc_env import InputError
+from flockesc_env import InputError, NetworkPolicy
 from flockesc_env import jax as twin
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies import Architecture
 from training.families import Networks
-from training.rounds import Arguments, NetworkRounds, hyperparameters_of
+from training.rounds import Arguments, Rounds, hyperparameters_of
 from training.run import Run
 
 Layers = list[tuple[Any, Any]]
@@ -53,12 +53,15 @@ class GradientArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_fie
     updates: int = 400
 
 
-class GradientRounds(NetworkRounds[GradientArguments]):
+class GradientRounds(Rounds[GradientArguments]):
     """A training run with gradients.
 
     Raises:
         InputError: if a hyperparameter is unknown or out of bounds; if ``flockesc_env.jax`` refuses the task.
     """
+
+    kept = ("layers", "_moments")
+    ends_with_best = True
 
     def __init__(self, run: Run) -> None:
         args = hyperparameters_of(run, GradientArguments)
@@ -71,6 +74,7 @@ class GradientRounds(NetworkRounds[GradientArguments]):
             raise InputError("memory", "at most the smallest width of hidden layers", args.memory)
         inputs = run.policy_spec.layout.names
         scenario: Any = run.task.scenario
+        self._scenario = scenario
         twin.observe(scenario, self._start(0), run.task.per_agent, **run.options)  # refuses other tasks
         network = Architecture(inputs, args.hidden, args.memory, args.mirror, squash="tanh")
         self.family = Networks(run, network)
@@ -84,6 +88,10 @@ class GradientRounds(NetworkRounds[GradientArguments]):
         """The parameters of the network."""
         return np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(self.layers)])
 
+    def policy(self) -> NetworkPolicy:
+        """Return the network."""
+        return self.family.policy(self.vector)
+
     def round(self) -> float:
         """Update the network with the gradients of new flocks; return their mean objective."""
         flocks = self.args.flocks
@@ -94,30 +102,22 @@ class GradientRounds(NetworkRounds[GradientArguments]):
         self.measured.samples += flocks * self.run.policy_spec.rows * self.run.task.num_actions
         return float(np.mean(values))
 
-    def state(self) -> Any:
-        """Return the network, the optimizer and the best parameters."""
-        return jax.tree.map(np.asarray, (self.layers, self._moments)), self.best
-
-    def restore(self, state: Any) -> None:
-        """Restore the network, the optimizer and the best parameters."""
-        (self.layers, self._moments), self.best = state
-
     def objective(self, layers: Layers, start: twin.FlockState) -> jax.Array:
         """Return the objective of a flock in m under the network with these layers."""
         run, network = self.run, self.family.architecture
 
         def policy(observed: jax.Array, memory: jax.Array) -> tuple[jax.Array, jax.Array]:
             seen = _mirrored(observed, network.inputs) if network.mirror else observed
-            outputs = _outputs(layers, jnp.concatenate([seen, memory], axis=-1))
+            outputs = jnp.concatenate([seen, memory], axis=-1)
+            for weights, biases in layers:
+                outputs = jnp.tanh(outputs @ weights + biases)
             return (outputs[..., 0] + 1) / 2 * run.options["max_range"], outputs[..., 1:]
 
-        scenario: Any = run.task.scenario
         per_agent = run.task.per_agent
         rows = (run.policy_spec.rows,) if per_agent else ()
         memory = jnp.zeros((*rows, network.memory), start.positions.dtype)
-        states = twin.rollout(
-            scenario, start, policy, self.args.softness, per_agent=per_agent, memory=memory, **run.options
-        )
+        options = {"per_agent": per_agent, "memory": memory, **run.options}
+        states = twin.rollout(self._scenario, start, policy, self.args.softness, **options)
         objectives: jax.Array = getattr(states, run.task.spec.name)
         return objectives[-1]
 
@@ -129,8 +129,7 @@ class GradientRounds(NetworkRounds[GradientArguments]):
         return optax.apply_updates(layers, steps), moments, values
 
     def _start(self, seed: int) -> twin.FlockState:
-        scenario: Any = self.run.task.scenario  # others are refused
-        return twin.start(scenario, seed)
+        return twin.start(self._scenario, seed)
 
 
 def first_layers(network: Architecture, first: float, seed: int) -> Layers:
@@ -139,9 +138,7 @@ def first_layers(network: Architecture, first: float, seed: int) -> Layers:
     Every memory value is a latch at first: it passes through one unit of each hidden layer back to itself.
     """
     rng = np.random.default_rng(seed)
-    layers = [
-        (rng.normal(0, rows**-0.5, (rows, columns)), np.zeros(columns)) for rows, columns in network.shapes
-    ]
+    layers = [(rng.normal(0, shape[0] ** -0.5, shape), np.zeros(shape[1])) for shape in network.shapes]
     (last, biases), units = layers[-1], np.arange(network.memory)
     biases[0] = np.arctanh(first)
     last[:, 1:] *= _INTO_MEMORY
@@ -152,17 +149,10 @@ def first_layers(network: Architecture, first: float, seed: int) -> Layers:
     return single
 
 
-def _outputs(layers: Layers, values: jax.Array) -> jax.Array:
-    for weights, biases in layers:
-        values = jnp.tanh(values @ weights + biases)
-    return values
-
-
 def _mirrored(observed: jax.Array, names: tuple[str, ...]) -> jax.Array:
     """Reflect observations as ``Architecture.mirror`` does."""
-    predator, heard = (
-        observed[..., names.index(f"{name}_left")] for name in ("predator_direction", "heard_velocity")
-    )
+    predator = observed[..., names.index("predator_direction_left")]
+    heard = observed[..., names.index("heard_velocity_left")]
     is_left = jnp.array([name.endswith("_left") for name in names])
     is_right = jnp.where(predator == 0, heard, predator)[..., None] < 0
     return jnp.where(is_left & is_right, -observed, observed)

@@ -3,18 +3,14 @@
 import time
 from abc import ABC, abstractmethod
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 import msgspec
-import numpy as np
 
-from flockesc_env import NetworkPolicy
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.progress import progress_bar
-from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.policies.registry import Stored
-from training.families import Networks
 from training.run import CURVE_FLOCKS, Measured, Run
 
 
@@ -32,22 +28,29 @@ A = TypeVar("A", bound=Arguments)
 
 
 class Rounds(ABC, Generic[A]):
-    """A training run in rounds. A round depends on ``run``, ``completed`` and ``state()`` only.
+    """A training run in rounds. A round depends on ``run``, ``completed`` and the attributes ``kept`` only.
 
     A run that was interrupted and continued ends with the same parameters as an uninterrupted one.
 
     Attributes:
+        kept: names of attributes that a checkpoint holds besides ``completed``, ``measured`` and ``best``.
+        ends_with_best: the run ends with ``best`` instead of the last policy.
         run: the run.
         args: hyperparameters.
         total: number of rounds.
         completed: number of completed rounds.
         measured: measurements so far.
+        best: the best policy of the learning curve.
     """
+
+    kept: ClassVar[tuple[str, ...]]
+    ends_with_best: ClassVar[bool] = False
 
     def __init__(self, run: Run, args: A, total: int) -> None:
         self.run, self.args, self.total = run, args, total
         self.completed = 0
         self.measured = Measured()
+        self.best: Stored | None = None
 
     @abstractmethod
     def round(self) -> float:
@@ -57,23 +60,14 @@ class Rounds(ABC, Generic[A]):
     def policy(self) -> Stored:
         """Return the policy after the last round, which the learning curve shows."""
 
-    @abstractmethod
-    def state(self) -> Any:
-        """Return what the next round depends on, as a value that can be pickled."""
-
-    @abstractmethod
-    def restore(self, state: Any) -> None:
-        """Restore what ``state`` returned."""
-
-    def result(self) -> Stored:
-        """Return the policy that the run ends with."""
-        return self.policy()
-
     def add_point(self) -> None:
-        """Add the mean objective of ``policy`` on tuning flocks to the learning curve."""
-        value = self.run.objectives(self.policy(), first_seeds(TUNING, CURVE_FLOCKS)).mean()
+        """Add the mean objective of ``policy`` on tuning flocks to the learning curve, and keep the best."""
+        policy = self.policy()
+        value = float(self.run.objectives(policy, first_seeds(TUNING, CURVE_FLOCKS)).mean())
+        if all(value > before for _, before in self.measured.curve):
+            self.best = policy
         self.measured.evaluations += CURVE_FLOCKS
-        self.measured.curve.append((self.measured.samples, float(value)))
+        self.measured.curve.append((self.measured.samples, value))
 
     def train(self, *, resume: bool = False) -> Path:
         """Train, or continue an unfinished run, and return the path of the policy file.
@@ -85,8 +79,7 @@ class Rounds(ABC, Generic[A]):
         run, total = self.run, self.total
         run.begin(resume=resume)
         if (checkpoint := run.load_checkpoint()) is not None:
-            self.completed, self.measured, state = checkpoint
-            self.restore(state)
+            vars(self).update(checkpoint)
         saved, spec = self.completed, run.task.spec
         try:
             with progress_bar(f"Train {run.task.name} {run.name}", total, always=run.progress) as report:
@@ -99,47 +92,13 @@ class Rounds(ABC, Generic[A]):
                     report(self.completed, total, f"{spec.symbol} {spec.text(value)}")
                     if self.completed % self.args.checkpoint_every == 0 or self.completed == total:
                         self.add_point()
-                        run.save_checkpoint((self.completed, self.measured, self.state()))
+                        names = ("completed", "measured", "best", *self.kept)
+                        run.save_checkpoint({name: getattr(self, name) for name in names})
                         saved = self.completed
         except KeyboardInterrupt:
             kept = f"{saved} of {total} rounds are saved in {run.folder}; --resume continues"
             raise KeyboardInterrupt(kept if saved else "nothing is saved yet") from None
-        return run.finish(self.result(), self.measured)
-
-
-class NetworkRounds(Rounds[A]):
-    """A training run that ends with the best network of its learning curve.
-
-    Attributes:
-        family: the networks.
-        best: parameters of the best network on tuning flocks so far.
-    """
-
-    family: Networks
-
-    def __init__(self, run: Run, args: A, total: int) -> None:
-        super().__init__(run, args, total)
-        self.best: FloatArray = np.zeros(0)
-
-    @property
-    @abstractmethod
-    def vector(self) -> FloatArray:
-        """Parameters after the last round."""
-
-    def policy(self) -> NetworkPolicy:
-        """Return the network after the last round."""
-        return self.family.policy(self.vector)
-
-    def result(self) -> NetworkPolicy:
-        """Return the best network of the learning curve."""
-        return self.family.policy(self.best)
-
-    def add_point(self) -> None:
-        """Add a point to the learning curve, and keep its network if it is the best so far."""
-        super().add_point()
-        *before, last = (value for _, value in self.measured.curve)
-        if all(last > value for value in before):
-            self.best = self.vector.copy()
+        return run.finish(self.best if self.ends_with_best else self.policy(), self.measured)
 
 
 def hyperparameters_of(run: Run, kind: type[A]) -> A:

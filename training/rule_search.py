@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from copy import deepcopy
-from dataclasses import dataclass, field, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import msgspec
 import numpy as np
@@ -14,7 +12,7 @@ from flockesc_env.common.stats import FloatArray
 from flockesc_env.episodes.splits import TUNING, first_seeds, training_seeds
 from flockesc_env.policies import load_policy
 from flockesc_env.policies.registry import Stored
-from training.cma import maximize
+from training.cma import generation
 from training.families import FIXED, RULES, Rules, rules_of
 from training.rounds import Arguments, Rounds, hyperparameters_of
 from training.run import Run
@@ -45,7 +43,7 @@ class Contender:
     name: str
     optimizer: CMA
     best: FloatArray
-    value: float = field(default=-np.inf)
+    value: float = -np.inf
 
 
 class RuleRounds(Rounds[RuleArguments]):
@@ -54,6 +52,8 @@ class RuleRounds(Rounds[RuleArguments]):
     Every ``checkpoint_every`` rounds, each rule plays its best numbers and the mean of its optimizer on the
     same tuning flocks. The better numbers stay, and the better half of the rules.
     """
+
+    kept = ("_left",)
 
     def __init__(self, run: Run) -> None:
         args = hyperparameters_of(run, RuleArguments)
@@ -71,11 +71,9 @@ class RuleRounds(Rounds[RuleArguments]):
         args, values = self.args, []
         flocks = max(1, args.episodes // (args.population * len(self._left)))
         seeds = training_seeds(self.run.seed, self.completed * args.episodes, flocks)
-        entropy = np.random.SeedSequence([self.run.seed, self.completed])
         for one in self._left:
-            one.optimizer.reseed_rng(int(entropy.generate_state(1)[0]))
-            values.append(maximize(one.optimizer, lambda vectors, one=one: self._play(one, vectors, seeds)))
-        self._left = deepcopy(self._left)  # as a checkpoint does, see ``SearchRounds.round``
+            played, one.optimizer = generation(self, self._families[one.name], one.optimizer, seeds)
+            values.append(played)
         return float(np.mean(values))
 
     def add_point(self) -> None:
@@ -93,23 +91,9 @@ class RuleRounds(Rounds[RuleArguments]):
 
     def policy(self) -> Stored:
         """Return the best rule with its best numbers; it requires no entries but its own."""
-        name = self._left[0].name
-        rule = self._families[name].policy(self._left[0].best)
-        return rule.with_options(extra_entries=_entries_of(name)) if _entries_of(name) else rule
-
-    def state(self) -> Any:
-        """Return the rules that are left."""
-        return self._left
-
-    def restore(self, state: Any) -> None:
-        """Restore the rules that are left."""
-        self._left = state
-
-    def _play(self, one: Contender, vectors: FloatArray, flocks: range) -> FloatArray:
-        values, num_actions = self._families[one.name].play(vectors, flocks)
-        self.measured.episodes += values.size
-        self.measured.samples += num_actions
-        return values
+        best = self._left[0]
+        rule, entries = self._families[best.name].policy(best.best), _entries_of(best.name)
+        return rule.with_options(extra_entries=entries) if entries else rule
 
     def _contender(self, name: str) -> Contender:
         zero = np.zeros(self._families[name].size)
@@ -119,5 +103,4 @@ class RuleRounds(Rounds[RuleArguments]):
 def _entries_of(name: str) -> tuple[str, ...]:
     """Return the entries that a rule observes beside those that every observation has."""
     known = {} if name == FIXED else load_policy(name).options or {}
-    entries: tuple[str, ...] = known.get("extra_entries", ())
-    return entries
+    return tuple(known.get("extra_entries", ()))

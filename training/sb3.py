@@ -2,6 +2,7 @@
 
 import inspect
 import time
+from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -45,7 +46,6 @@ def train(run: Run, *, resume: bool = False) -> Path:
     learner, folder = run.learner, run.folder
     cls = algorithm_of(run)
     hyperparameters = run.task.hyperparameters(learner)
-    _check_names(run, cls)
     torch.set_num_threads(1)  # the networks are small
     env = _env(run)
     is_unfinished = run.begin(resume=resume)
@@ -82,8 +82,10 @@ def train(run: Run, *, resume: bool = False) -> Path:
         model.logger.close()
     model.save(folder / MODEL_FILE)
     statistics = VecNormalize.load(str(folder / STATISTICS_FILE), _env(run))
-    best = cls.load(folder / BEST_FILE, env=statistics, device="cpu")
-    return run.finish(_network(best), evaluation.measured())
+    best: Stored | None = None
+    with suppress(InputError):  # not every model is a network that a file can hold
+        best = SB3Policy(cls.load(folder / BEST_FILE, env=statistics, device="cpu")).network()
+    return run.finish(best, evaluation.measured())
 
 
 class Evaluation(FlockEvalCallback):
@@ -132,7 +134,7 @@ def algorithm_of(run: Run) -> type[BaseAlgorithm]:
     """Return the class of a run's algorithm.
 
     Raises:
-        InputError: if neither library has it.
+        InputError: if neither library has it, or it lacks a hyperparameter.
     """
     known: dict[str, type[BaseAlgorithm]] = {
         name: found
@@ -143,16 +145,13 @@ def algorithm_of(run: Run) -> type[BaseAlgorithm]:
     if run.learner.algorithm not in known:
         expected = f"search, imitation or one of {', '.join(known)}"
         raise InputError(f"{run.name}.algorithm", expected, repr(run.learner.algorithm))
-    return known[run.learner.algorithm]
-
-
-def _check_names(run: Run, cls: type[BaseAlgorithm]) -> None:
-    """Check that the algorithm has all hyperparameters."""
-    known = [name for name in inspect.signature(cls).parameters if name not in _FREE]
+    cls = known[run.learner.algorithm]
+    arguments = [name for name in inspect.signature(cls).parameters if name not in _FREE]
     for name in run.learner.hyperparameters:
-        if name not in known:
-            expected = f"arguments of {cls.__name__}: {', '.join(known)}"
+        if name not in arguments:
+            expected = f"arguments of {cls.__name__}: {', '.join(arguments)}"
             raise InputError(f"{run.name}.hyperparameters.{name}", expected, "an unknown one")
+    return cls
 
 
 def _env(run: Run) -> VecEnv:
@@ -161,11 +160,3 @@ def _env(run: Run) -> VecEnv:
     if run.learner.num_steps:
         options["scenario"] = run.task.scenario.replace(num_steps=run.learner.num_steps)
     return run.task.vec_env(run.learner.num_flocks, learner=None, **options)
-
-
-def _network(model: BaseAlgorithm) -> Stored | None:
-    """Return a model as a network that a file can hold; None if it is none."""
-    try:
-        return SB3Policy(model).network()
-    except InputError:
-        return None

@@ -1,18 +1,16 @@
 """Policy search with CMA-ES: maximizes the objective over the parameters of a small network."""
 
 import math
-from copy import deepcopy
-from typing import Any
 
 import numpy as np
 from cmaes import CMA
 
-from flockesc_env.common.stats import FloatArray
+from flockesc_env import NetworkPolicy
 from flockesc_env.episodes.splits import training_seeds
 from flockesc_env.policies import Architecture
-from training.cma import growing, maximize
+from training.cma import generation
 from training.families import Networks
-from training.rounds import Arguments, NetworkRounds, hyperparameters_of
+from training.rounds import Arguments, Rounds, hyperparameters_of
 from training.run import Run
 
 
@@ -48,12 +46,15 @@ class SearchArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_field
     restarts: int = 1
 
 
-class SearchRounds(NetworkRounds[SearchArguments]):
+class SearchRounds(Rounds[SearchArguments]):
     """A search; a round is a generation, whose policies play the same flocks.
 
     Raises:
         InputError: if a hyperparameter is unknown.
     """
+
+    kept = ("_optimizer",)
+    ends_with_best = True
 
     def __init__(self, run: Run) -> None:
         args = hyperparameters_of(run, SearchArguments)
@@ -66,39 +67,20 @@ class SearchRounds(NetworkRounds[SearchArguments]):
 
     def round(self) -> float:
         """Evaluate one generation of policies and update the optimizer; return its mean objective."""
-        args, seed = self.args, self.run.seed
+        args = self.args
         restart, since = divmod(self.completed, math.ceil(args.generations / args.restarts))
         if restart and not since:
             self._optimizer = self._new_optimizer()
-        self._optimizer.reseed_rng(int(np.random.SeedSequence([seed, self.completed]).generate_state(1)[0]))
-        count = growing(args.flocks, args.final_flocks, since * args.restarts / args.generations)
-        flocks = training_seeds(seed, self.measured.episodes // args.population, count)
-
-        values = maximize(self._optimizer, self._play, flocks)
-        # A checkpoint stores one triangle of the covariance matrix. The copy does the same, so that
-        # interrupted and uninterrupted runs give the same numbers.
-        self._optimizer = deepcopy(self._optimizer)
+        # Later generations need more flocks, because their policies differ by less than the noise.
+        growth = (args.final_flocks / args.flocks) ** (since * args.restarts / args.generations)
+        count = round(args.flocks * growth)
+        flocks = training_seeds(self.run.seed, self.measured.episodes // args.population, count)
+        values, self._optimizer = generation(self, self.family, self._optimizer, flocks)
         return float(values.mean())
 
-    @property
-    def vector(self) -> FloatArray:
-        """Mean of the search distribution."""
-        center: FloatArray = self._optimizer.mean
-        return center
-
-    def state(self) -> Any:
-        """Return the optimizer and the best parameters."""
-        return self._optimizer, self.best
-
-    def restore(self, state: Any) -> None:
-        """Restore the optimizer and the best parameters."""
-        self._optimizer, self.best = state
-
-    def _play(self, vectors: FloatArray, flocks: range) -> FloatArray:
-        values, num_actions = self.family.play(vectors, flocks)
-        self.measured.episodes += values.size
-        self.measured.samples += num_actions
-        return values
+    def policy(self) -> NetworkPolicy:
+        """Return the network with the mean of the search distribution."""
+        return self.family.policy(self._optimizer.mean)
 
     def _new_optimizer(self) -> CMA:
         zero, args = np.zeros(self.family.size), self.args

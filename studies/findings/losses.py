@@ -20,7 +20,7 @@ from flockesc_env.policies.setup import setup
 from flockesc_env.scenario import AlignedHeadings, ConstantVelocity, approach
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, play_jobs, share_of, values_by, write_rows
-from studies.robustness.plan import NEIGHBORS, attacked_presets, grid_of
+from studies.robustness import NEIGHBORS, attacked_presets, grid_of
 
 STARTS_FILE: Final = "starts.parquet"
 TRANSFER_FILE: Final = "transfer.parquet"

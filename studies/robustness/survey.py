@@ -1,6 +1,6 @@
 """The best fixed range of every preset: the rule of the findings, the results, their figure and page."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -14,11 +14,10 @@ from flockesc_env.common.stats import Estimate, FloatArray, argmax, mean
 from flockesc_env.jobs import Arrays
 from flockesc_env.jobs.sweeps import OUTCOMES, seed_jobs
 from flockesc_env.models import records
-from flockesc_env.scenario.flock import FlockScenario
-from flockesc_env.scenario.presets import PRESETS
+from flockesc_env.scenario import PRESETS, ConstantVelocity, FlockScenario
 from studies.measurements import Runner, means
 from studies.paper.plan import PAPER_OBJECTIVES
-from studies.robustness.plan import QUESTIONS, Grid, attacked_presets, grid_of
+from studies.robustness import Grid, attacked_presets, grid_of
 from studies.study import Results, Study, template
 from studies.style import ROW, caption, draw_forest, subplots
 
@@ -26,6 +25,43 @@ TIME_STEPS: Final = (0.1, 0.05, 0.025, 0.0125)  # s
 DURATION: Final = 12.0  # s, of the paper's flock
 ENDS: Final = (0.0, 100.0)  # m; the ranges that 10 m is compared with
 OBJECTIVES = {spec.symbol: spec.name for spec in PAPER_OBJECTIVES}  # symbol and column of every objective
+
+
+def _misses_the_center(scenario: FlockScenario) -> bool:
+    """Whether a predator flies straight past the center, by a quarter of the region's side or more."""
+    for predator in scenario.predators:
+        if isinstance(predator, ConstantVelocity):
+            to_center = scenario.initial_side / 2 - np.array(predator.position)[:2]
+            velocity = np.array(predator.velocity)[:2]
+            across = abs(np.linalg.det([velocity, to_center]))  # distance times speed
+            if across > 0 and across >= scenario.initial_side / 4 * np.linalg.norm(velocity):
+                return True
+    return False
+
+
+_BLIND = ("constant_velocity", "wandering", "prescribed_path")
+_LAWS = ("motion", "angular_noise", "sensing_noise", "sensing_delay", "alignment_strength")
+QUESTIONS: Final[dict[str, Callable[[FlockScenario], bool]]] = {
+    "the paper's own scenario": lambda flock: flock == FlockScenario(),
+    "an attack on the edge": _misses_the_center,
+    "predators that catch agents": lambda flock: flock.capture_radius is not None,
+    "predators that cooperate": lambda flock: any(
+        each.kind in {"encircle", "herd"} or getattr(each, "target", None) == "assigned"
+        for each in flock.predators
+    ),
+    "several predators on their own": lambda flock: len(flock.predators) > 1,
+    "a predator that steers": lambda flock: any(each.kind not in _BLIND for each in flock.predators),
+    "other neighbor rules": lambda flock: (
+        flock.neighbor_rule.kind != "metric" or flock.blind_angle > 0 or flock.mutual
+    ),
+    "other laws of motion, noise, delay, unlike agents": lambda flock: any(
+        getattr(flock, field) != getattr(FlockScenario(), field) for field in _LAWS
+    ),
+    "controls: a frozen graph, no flight": lambda flock: flock.frozen_graph or flock.repulsion_strength == 0,
+    "parameters drawn for every episode": lambda flock: bool(flock.randomization),
+    "other flocks and predators": lambda _: True,
+}
+"""Questions about the paper's finding; a preset answers the first one that is true of its scenario."""
 
 
 class Finding(StrEnum):

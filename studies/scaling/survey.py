@@ -161,13 +161,11 @@ def gains(law: Law, one: Cell, speed: float) -> tuple[float, ...]:
 def predict(runner: Runner, output: Path, scale: float) -> tuple[Law, dict[str, Arrays]]:
     """Measure ``FITTED``, fit the law to the flocks that choose, and store its gains in ``PREDICTED``."""
     measured = runner.run({name: one.jobs(scale) for name, one in FITTED.items()}, "Fitted cells")
-    chosen_on = {
-        name: _gains(found["reached"][:, : found["reached"].shape[1] // 2, 0])
-        for name, found in measured.items()
-    }
-    law = fit(
-        np.array(RANGES), [(FITTED[name].scenario.num_agents, first) for name, first in chosen_on.items()]
-    )
+    chosen_on = []
+    for name, one in FITTED.items():
+        reached = measured[name]["reached"][:, :, 0]
+        chosen_on.append((one.scenario.num_agents, _gains(reached[:, : reached.shape[1] // 2])))
+    law = fit(np.array(RANGES), chosen_on)
     predicted = {f"{name}, {speed:.2f} v0": gains(law, CELLS[name], speed) for name, speed in PREDICTED}
     write_text(output / PREDICTION_FILE, document({"law": law, "gains": predicted}))
     return law, measured

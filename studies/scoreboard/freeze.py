@@ -31,20 +31,22 @@ from studies.scoreboard.board import ANY_RATE, BEST_FIXED, BOARD, CHOOSING, CONS
 from studies.study import document
 from training.families import rules_of
 
+FILE: Final = Path("flockesc_env/taskset/v1.toml")
+
 _SIMULATED_FLOCKS: Final = {"paper-flock": 200, "startled": 60, "varied": 60}
 """Number of held-out flocks for the search of clairvoyant schedules, by scenario. One takes seconds."""
 
 
-def freeze(path: Path, names: Sequence[str], runner: Runner) -> None:
-    """Measure the numbers of some tasks again, all if no name is given, and write them into the file."""
-    frozen, rates = tomllib.loads(path.read_text("utf-8")), json.loads(ANY_RATE.read_text("utf-8"))
+def freeze(names: Sequence[str], runner: Runner) -> None:
+    """Measure the numbers of some tasks again, all if no name is given, and write them into ``FILE``."""
+    frozen, rates = tomllib.loads(FILE.read_text("utf-8")), json.loads(ANY_RATE.read_text("utf-8"))
     for name in names or tasks:
         task, entry = tasks[name], frozen["tasks"][name]
         entry["scales"] = {scenario: _scale(task, scenario, runner) for scenario in task.scenarios}
         measured = read_tasks(tomli_w.dumps(frozen))[name]
         rates[name] = {rule: own_score(measured, rule, runner) for rule in rules_of(task)}
     text = tomli_w.dumps(frozen)
-    write_text(path, text)
+    write_text(FILE, text)
     write_best_fixed(read_tasks(text).values(), runner)
     write_constants(runner)
     write_text(ANY_RATE, document({name: rates[name] for name in tasks if name in rates}))
@@ -125,8 +127,7 @@ def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
     tuned = _fixed(model, grid, _tuning(model), task, runner)
     best = grid[int(tuned.mean(axis=1).argmax())]
     (fixed,) = _fixed(model, [best], FLOCKS, task, runner)
-    kind = _kind(task, model)
-    reached = _reference(task, kind, scenario, runner)
+    kind, reached = _reference(task, scenario, runner)
     same_flocks = fixed[: len(reached)]
     found: dict[str, Any] = {
         "best_fixed_range": best,
@@ -140,24 +141,20 @@ def _scale(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
     return found
 
 
-def _kind(task: Task, model: Scenario) -> str:
-    """Return the reference of a scenario: a bound where there is one for what the task's actions set."""
+def _reference(task: Task, scenario: str, runner: Runner) -> tuple[str, FloatArray]:
+    """Return the reference of a scenario: a bound where there is one for what the task's actions set.
+
+    Its objective is that on the first held-out flocks, all of them if it is fast.
+    """
+    model, flocks, size = task.scenarios[scenario], FLOCKS, 100
     if not isinstance(model, FlockScenario):
-        return "hindsight"
+        return "hindsight", _hindsight(task, scenario, runner)
+    kind = "free headings" if references.is_bounded(model) else "informed greedy"
     if not task.per_agent:
-        return "clairvoyant"
-    return "free headings" if references.is_bounded(model) else "informed greedy"
-
-
-def _reference(task: Task, kind: str, scenario: str, runner: Runner) -> FloatArray:
-    """Return the objective of the reference on the first held-out flocks, all of them if it is fast."""
-    if kind == "hindsight":
-        return _hindsight(task, scenario, runner)
-    flocks = FLOCKS[: _SIMULATED_FLOCKS.get(scenario, 200)] if kind == "clairvoyant" else FLOCKS
+        kind, flocks, size = "clairvoyant", FLOCKS[: _SIMULATED_FLOCKS.get(scenario, 200)], 5
     function = getattr(references, kind.replace(" ", "_"))
-    size = 5 if kind == "clairvoyant" else 100
     jobs = split(function, task.name, scenario, flocks=flocks, size=size, seconds=0.1)
-    return runner.join(jobs, f"{kind} in {scenario}")["objective"]
+    return kind, runner.join(jobs, f"{kind} in {scenario}")["objective"]
 
 
 def _hindsight(task: Task, scenario: str, runner: Runner) -> FloatArray:

@@ -21,7 +21,7 @@ from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models.records import versions
 from flockesc_env.policies.registry import POLICY_FILE
 from training.run import RUN_FILE, Run, packages_of
-from training.train import train as train_run
+from training.run import train as train_run
 
 TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
 """Tasks on which nobody trains: they score the policies of ``per-agent-visible`` that the wheel ships."""
@@ -86,7 +86,7 @@ _SCHEDULES: Final = dict.fromkeys(("learning_rate", "lr_schedule", "clip_range")
 """Schedules of training in the file are functions of rl_zoo3, which is not installed here."""
 
 
-def trainings(names: Iterable[str], chosen: Iterable[str], most_seeds: int, folder: Path) -> dict[Key, Job]:
+def trainings(names: Iterable[str], chosen: Iterable[str], folder: Path) -> dict[Key, Job]:
     """Return the job of every training run of some learners on some tasks; empty names mean all."""
     wanted_learners, wanted_tasks = set(names), set(chosen)
     num_seeds = {
@@ -102,7 +102,7 @@ def trainings(names: Iterable[str], chosen: Iterable[str], most_seeds: int, fold
     jobs = {}
     for (learner, name), count in num_seeds.items():
         if learner in (wanted_learners or {learner}) and name in (wanted_tasks or {name}):
-            for seed in range(min(count, most_seeds)):
+            for seed in range(count):
                 arguments = (learner, name, seed, folder.absolute())
                 jobs[Key(learner, name, seed)] = Job(f"{__name__}:train", arguments, _SECONDS)
     return jobs

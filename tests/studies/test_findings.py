@@ -200,7 +200,7 @@ def test_all_is_measured_and_an_interrupted_study_continues(
     assert (tmp_path / REPORT).read_text("utf-8") == report(Findings.load(tmp_path))
 
 
-@pytest.mark.parametrize("study", ["paper", "robustness", "scaling", "validation", "arms-race", "findings"])
+@pytest.mark.parametrize("study", ["paper", "robustness", "scaling", "validation", "findings"])
 def test_a_folder_that_cannot_be_written_is_refused_before_the_work(
     study: str, tmp_path: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -14,12 +14,10 @@ from flockesc_env import InputError, load_policy, simulate
 from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.policies import Architecture, WinStayLoseShift
 from flockesc_env.taskset.learners import Learner
-from training.branches import Branches
 from training.families import Networks, Rules, rules_of
 from training.imitation import ImitationArguments, ImitationRounds, fit
 from training.rule_search import RuleRounds
-from training.run import Run
-from training.train import train
+from training.run import Run, train
 
 SEEDS = [4, 5]
 INPUTS = ("time", "predator_sensed", "predator_direction_ahead", "predator_direction_left")
@@ -164,17 +162,17 @@ def test_values_equal_single_episodes(
     tmp_path: Path, objective: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Each flock is played again in an environment of its own, up to where it was copied and to the end."""
-    monkeypatch.setattr("training.branches.EXPLORATION", 0.0)
-    run = small_run(tmp_path / "run", "imitation")
+    monkeypatch.setattr("training.imitation.EXPLORATION", 0.0)
+    run = small_run(tmp_path / "run", "imitation", branches=3)
     task = small_task("one-range" if objective == "min_mean_distance" else "one-range-minimum")
     run = dataclasses.replace(run, task=task)
     visitor, teacher = load_policy("listen-while-fleeing"), load_policy("fixed:5")
     flocks = range(100, 104)
-    branches = Branches(run, RANGES, 3)
+    rounds = ImitationRounds(run)
     rng = np.random.default_rng(2)
     actions_before = set()
     for _ in range(6):
-        seen, values, num_actions = branches.values(visitor, teacher, flocks, rng)
+        seen, values, num_actions = rounds.values(visitor, teacher, flocks, rng)
         taken = 0
         assert (np.isfinite(values).sum(axis=1) == 3).all()
         for flock, row, expected in zip(flocks, seen, values, strict=True):
@@ -231,7 +229,7 @@ def test_the_network_sets_the_better_candidate(hidden: tuple[int, ...], tmp_path
 def test_imitation_refuses_what_it_cannot_learn(tmp_path: Path) -> None:
     run = dataclasses.replace(small_run(tmp_path / "run", "imitation"), task=small_task("per-agent-visible"))
     with pytest.raises(InputError, match="task: expected one range for a flock, got per-agent-visible"):
-        Branches(run, RANGES, 3)
+        ImitationRounds(run)
     learner = Learner(algorithm="imitation", hyperparameters={"ranges": [1.0]})
     with pytest.raises(InputError, match=r"imitation\.hyperparameters: .* missing required field `teacher`"):
         ImitationRounds(dataclasses.replace(run, learner=learner))
