@@ -1,20 +1,15 @@
-"""``python -m training figures``: ``flockesc compare`` with figures and recorded runs.
-
-Figures of a comparison: one flock over time, one flock under attack.
-"""
+"""``python -m training figures``: ``flockesc compare`` with figures and recorded runs."""
 
 import json
 import os
 import shlex
 import sys
 from collections.abc import Sequence
-from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario, InputError, load_policy, save_run, simulate
@@ -22,11 +17,11 @@ from flockesc_env.common.files import check_writable, write_text
 from flockesc_env.models import Trajectory
 from flockesc_env.models.records import versions
 from flockesc_env.policies import BasePolicy
-from flockesc_env.render.frames import SILENT, policy_title
+from flockesc_env.render.frames import policy_title
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.objectives import ObjectiveSpec
 from flockesc_env.taskset import Task
-from training.figure_style import RANGES, WIDTH, draw_predator, label_ends, save_figure
+from training.figure_style import RANGES, WIDTH, draw_predator, save_figure
 
 RECORDS = ("best_fixed_range.npz", "last_policy.npz")
 """Recorded runs of one flock, for ``flockesc watch``."""
@@ -66,7 +61,6 @@ def draw(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: in
         save_run(run, output / file, name=name)
     figures = [
         save_figure(found.plot(), output / "objective_against_range"),
-        flock_over_time(runs, task.spec, output),
         flock_under_attack(runs, task.spec, output),
     ]
     print("\nFigures:", *figures, sep="\n  ")
@@ -79,50 +73,6 @@ def _title(name: str, place: int) -> str:
     """Return the title of a policy; the second one is learned, and its run's name says nothing to others."""
     title = policy_title(name)
     return "learned policy" if place and title == name else title
-
-
-def flock_over_time(runs: list[tuple[str, Trajectory]], objective: ObjectiveSpec, folder: Path) -> Path:
-    """Draw the objective so far, and how far agents listen under the last policy; return the file."""
-    figure = Figure(figsize=(WIDTH, 4.6), layout="constrained")
-    above, below = figure.subplots(2, sharex=True, height_ratios=(3, 2))
-    ends = []
-    for place, ((name, trajectory), color) in enumerate(zip(runs, _COLORS, strict=True)):
-        title, values = _title(name, place), getattr(trajectory, objective.series)
-        lowest = np.minimum.accumulate(values)
-        above.plot(trajectory.times, values, color=color, lw=0.7)
-        above.plot(trajectory.times, lowest, color=color, lw=2)
-        at = int(np.argmin(values))
-        above.plot(trajectory.times[at], values[at], "o", color=color)
-        above.annotate(
-            f"{objective.symbol} {objective.text(values[at])}",
-            (trajectory.times[at], values[at]),
-            xytext=(-3, 7) if place else (0, -16),
-            textcoords="offset points",
-            ha="right" if place else "center",
-            color=color,
-        )
-        ends.append((float(lowest[-1]), title, color))
-    name, trajectory = runs[-1]
-    top = max(float(trajectory.interaction_ranges.max()), 5 * SILENT)
-    edges = np.array([0, SILENT, top / 4, top / 2, top])
-    bins = np.digitize(trajectory.interaction_ranges, edges[1:-1])
-    base, bands = np.zeros(len(bins)), []
-    for index, (start, end) in enumerate(pairwise(edges)):
-        share, color = 100 * (bins == index).mean(axis=1), to_hex(RANGES(end / top if index else 0.0))
-        below.stairs(base + share, trajectory.times, baseline=base, fill=True, color=color)
-        bands.append((base[-1] + share[-1] / 2, f"{start:.3g} to {end:.3g} m" if index else "nobody", color))
-        base = base + share
-    above.margins(x=0, y=0.2)
-    above.set_ylabel(objective.with_unit(objective.label))
-    above.set_title(f"One flock (seed {runs[0][1].seed}): {objective.symbol} so far; thin: the value now")
-    below.set_ylabel("agents (%)")
-    below.set_title(f"How far agents listen: {_title(name, 1)}")
-    below.set_xlabel("time (s)")
-    below.set_ylim(0, 100)
-    below.margins(x=0)
-    label_ends(above, ends)
-    label_ends(below, bands, gap=0.12)
-    return save_figure(figure, folder / "flock_over_time")
 
 
 def flock_under_attack(runs: list[tuple[str, Trajectory]], objective: ObjectiveSpec, folder: Path) -> Path:
