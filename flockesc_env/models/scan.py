@@ -7,7 +7,6 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common import checks
-from flockesc_env.common.array_files import origin, write_table
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import data_frame, figure_style
@@ -110,10 +108,6 @@ class ScanResult(Displayed):
         repeated = {name: np.repeat(values, len(self.seeds)) for name, values in self.values.items()}
         means = {name: self.means(name).ravel() for name in self.series}
         return data_frame({**repeated, "seed": np.tile(self.seeds, len(self.values[_RANGE])), **means})
-
-    def to_parquet(self, path: str | Path) -> None:
-        """Write ``table()`` to a Parquet file, as ``SweepResult.to_parquet`` does."""
-        write_table(self.table(), checks.as_path(path), origin(self.scenario.to_json(), self.seeds))
 
     @figure_style()
     def plot(

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.array_files import origin, write_table
-from flockesc_env.common.checks import FloatArray, as_choice, as_path, as_seeds, as_threads, as_vector
+from flockesc_env.common.checks import FloatArray, as_choice, as_seeds, as_threads, as_vector
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import data_frame, figure_style
 from flockesc_env.common.progress import Progress, reporting
@@ -162,13 +160,6 @@ class SweepResult(Displayed):
                 **{name: getattr(self, name).ravel() for name in columns},
             }
         )
-
-    def to_parquet(self, path: str | Path) -> None:
-        """Write ``table()`` to a Parquet file; an existing file is replaced atomically.
-
-        Its metadata are ``version`` of the package, ``command``, ``scenario`` (JSON) and ``seeds``.
-        """
-        write_table(self.table(), as_path(path), origin(self.scenario.to_json(), self.seeds))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

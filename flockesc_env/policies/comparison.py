@@ -116,8 +116,7 @@ class Comparison:
         """Write table.md and episodes.parquet (``table``) to a folder, which is made."""
         folder.mkdir(parents=True, exist_ok=True)
         write_text(folder / "table.md", f"{self}\n")
-        found = origin(self.search.scenario.to_json(), self.search.seeds)
-        write_table(self.table(), folder / "episodes.parquet", found)
+        write_table(self.table(), folder / "episodes.parquet", origin(self.search))
 
     @figure_style()
     def plot(self, against: str = "range") -> "Figure":
