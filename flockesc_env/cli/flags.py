@@ -24,7 +24,6 @@ from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import EXPECTED as NAMED
 from flockesc_env.policies.registry import (
     PREDATORS,
-    SUFFIX,
     as_policy,
     as_predator_policy,
     load_policy,
@@ -35,6 +34,7 @@ from flockesc_env.scenario.document import check_not_drawn, field_at, from_field
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import MODELS, PRESETS, Scenario, preset
+from flockesc_env.taskset.results import is_code
 
 if TYPE_CHECKING:
     from flockesc_env.taskset.task import Task
@@ -230,9 +230,9 @@ def policy_of(
     has_model = Path(spec.rpartition(":")[2], _BEST).is_file() and policy_file(spec) is None
     if suffix_of(spec) == MODEL_SUFFIX or has_model:
         return _model_policy(spec, task)
-    module, is_code, function = spec.partition(":")
-    if not is_code or module == "fixed" or suffix_of(spec) == SUFFIX:
+    if not is_code(spec):
         return read(spec)
+    module, _, function = spec.partition(":")
     if str(Path.cwd()) not in sys.path:
         sys.path.append(str(Path.cwd()))  # the script `flockesc` does not search there
     try:
