@@ -43,9 +43,6 @@ class SB3Policy(BasePolicy, RowMemory):
             ``None``: the outermost one of the model's environment that normalizes observations, if any.
             False: observations were not normalized, as with ``VecNormalize(norm_obs=False)``.
         deterministic: True: the mode of the action distribution. False: a sample.
-
-    Raises:
-        InputError: if ``model`` has no method ``predict``, or ``vec_normalize`` is not a ``VecNormalize``.
     """
 
     def __init__(self, model: Any, *, vec_normalize: Any = None, deterministic: bool = True) -> None:
@@ -83,12 +80,7 @@ class SB3Policy(BasePolicy, RowMemory):
             check_origins(known, f"; type {name}.load(path) to play with the stored ones")
 
     def act(self, observations: Observations, spec: PolicySpec | PredatorPolicySpec) -> NDArray[Any]:
-        """Return the model's action for every row; see ``Policy.act``.
-
-        Raises:
-            InputError: if the model's spaces differ from the environment's, the statistics of its
-                normalized observations are missing, or the number of rows changes during an episode.
-        """
+        """Return the model's action for every row, after ``check_spec``; see ``Policy.act``."""
         if spec is not self._checked_spec:
             self.check_spec(spec)
             self._checked_spec = spec
@@ -173,7 +165,7 @@ class SB3Policy(BasePolicy, RowMemory):
             raise InputError("vec_normalize", expected, "none")
 
     def check_spec(self, spec: PolicySpec | PredatorPolicySpec) -> None:
-        """Raise ``InputError`` unless the model's spaces are those of an environment."""
+        """Raise ``InputError`` unless an environment has the model's spaces, and its statistics are known."""
         row = "predator"
         if isinstance(spec, PolicySpec):
             self.check(spec.options, per_agent=spec.per_agent)

@@ -80,8 +80,7 @@ def simulate(
         ``Trajectory`` or, for a line, ``LineTrajectory``.
 
     Raises:
-        InputError: if an argument has the wrong type or shape, or is negative or not finite; if the scenario
-            draws a number that is out of bounds, or the policy cannot play in it.
+        InputError: if the scenario draws a number that is out of bounds, or the policy cannot play in it.
         MemoryError: for the run.
 
     Examples:
