@@ -155,9 +155,7 @@ def _ranges(
         return as_floats(given, "interaction_ranges")
     if max_range is None:
         max_range = (EnvOptions if isinstance(scenario, FlockScenario) else LineOptions).max_range
-    largest = float(as_floats(max_range, "max_range", ()))
-    if largest < 0:
-        raise InputError("max_range", "a number of at least 0", largest)
+    largest = float(as_floats(max_range, "max_range", (), least=0.0))
     return np.linspace(0.0, largest, as_count(GRID_SIZE if grid_size is None else grid_size, "grid_size"))
 
 

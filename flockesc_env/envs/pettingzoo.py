@@ -136,9 +136,6 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
 
         Args:
             actions: the action of every agent in ``agents``.
-
-        Returns:
-            Observations, rewards, terminations, truncations and infos, by name of the agent.
         """
         self._check_running()
         if not isinstance(actions, Mapping):

@@ -110,19 +110,16 @@ class ScanResult(Displayed):
         return data_frame({**repeated, "seed": np.tile(self.seeds, len(self.values[_RANGE])), **means})
 
     @figure_style()
-    def plot(
-        self, measure: str | None = None, *, against: str | None = None, by: str | None = None
-    ) -> Figure:
+    def plot(self, measure: str | None = None, *, by: str | None = None) -> Figure:
         """Return a Matplotlib figure of the means of a measure, with 95 % intervals if there are two seeds.
 
-        ``against`` names the horizontal axis among ``values`` (``None``: the first one), and ``by`` the field
-        with a curve per number (``None``: one curve). ``figure.savefig("order.png")`` writes it.
+        The first of ``values`` is the horizontal axis. ``by`` names the field with a curve per number
+        (``None``: one curve). ``figure.savefig("order.png")`` writes it.
         """
         from matplotlib.figure import Figure  # optional and slow to import
 
         name, (mean, low, high, *_) = self._name(measure), self.summary(measure).values()
-        axis = next(iter(self.values)) if against is None else as_choice(against, "against", self.values)
-        x = self.values[axis]
+        axis, x = next(iter(self.values.items()))
         curves = np.zeros(len(x)) if by is None else self.values[as_choice(by, "by", self.values)]
         figure = Figure(figsize=(5.5, 3.5), layout="constrained")
         axes = figure.subplots()

@@ -171,7 +171,7 @@ def judged(
     every, last = np.arange(len(seeds)), columns[spec.name].argmax(axis=0)
     played = {name: _kept(columns, spec, (at, every)), ORACLE: _kept(columns, spec, (last, every))}
     played |= _played(entries, spec, seeds)
-    facts |= {"range_unit": first.scenario.range_unit, "best_range": best, "heard": columns.get("mean_heard")}
+    facts |= {"range_unit": first.scenario.range_unit, "best_range": best}
     return Comparison(spec=spec, seeds=seeds, search=search, played=played, **facts)
 
 

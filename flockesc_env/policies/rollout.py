@@ -72,9 +72,6 @@ def rollout(
             flocks. Scenario and options are those of ``env``, which then needs a reset.
         **options: see ``EnvOptions`` or, for a line, ``LineOptions``.
 
-    Returns:
-        ``Episodes`` or, for a line, ``LineEpisodes``.
-
     Raises:
         InputError: if the policy cannot play in the scenario with the options.
         MemoryError: for the seeds and outcomes.

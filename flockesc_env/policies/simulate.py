@@ -76,9 +76,6 @@ def simulate(
             Positions and velocities take most of the memory.
         **options: options of the policy's environment, see ``EnvOptions``.
 
-    Returns:
-        ``Trajectory`` or, for a line, ``LineTrajectory``.
-
     Raises:
         InputError: if the scenario draws a number that is out of bounds, or the policy cannot play in it.
         MemoryError: for the run.

@@ -167,9 +167,7 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
                 self._options, self._returns = [{}] * self.num_envs, np.zeros(size)
                 observations, state, begins = env.reset(), None, np.ones(self.num_envs, np.bool)
                 while not self._batch.core.ended().all():
-                    actions, state = policy.model.predict(
-                        observations, state, begins, deterministic=policy.deterministic
-                    )
+                    actions, state = policy.model.predict(observations, state, begins, deterministic=True)
                     observations, begins = env.step(actions)[0], np.zeros(self.num_envs, np.bool)
                 columns = {**self._batch.outcomes(), "mean_return": self._returns}
                 parts.append({name: column[: len(chunk)] for name, column in columns.items()})
