@@ -22,13 +22,7 @@ from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import EXPECTED as NAMED
-from flockesc_env.policies.registry import (
-    PREDATORS,
-    as_policy,
-    as_predator_policy,
-    load_policy,
-    policy_file,
-)
+from flockesc_env.policies.registry import PREDATORS, as_policy, as_predator_policy, load_policy, policy_file
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.document import check_not_drawn, field_at, from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario

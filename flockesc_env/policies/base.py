@@ -298,10 +298,7 @@ def normalizer_of(env: Any) -> Any:
 
 
 def _check_wrappers(env: Any, spec: PolicySpec | PredatorPolicySpec) -> None:
-    for name, expected in (
-        ("observation_space", spec.layout.space()),
-        ("action_space", spec.space()),
-    ):
+    for name, expected in (("observation_space", spec.layout.space()), ("action_space", spec.space())):
         space = getattr(env, f"single_{name}", None) or getattr(env, name)
         found = space(env.possible_agents[0]) if callable(space) else space
         is_clipped = name == "action_space" and bool(np.isinf(getattr(found, "low", 0.0)).all())

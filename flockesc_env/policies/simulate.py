@@ -9,13 +9,7 @@ from numpy.typing import ArrayLike
 
 from flockesc_env.common.checks import FloatArray, as_array, as_count
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.models.simulate import (
-    LineTrajectory,
-    Trajectory,
-    run_flock,
-    seed_or_fresh,
-    simulate_line,
-)
+from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, seed_or_fresh, simulate_line
 from flockesc_env.policies.base import AnyPolicy
 from flockesc_env.policies.rollout import episode_steps, flock_batch
 from flockesc_env.policies.rules import FixedRange, ScheduledRange
