@@ -112,14 +112,10 @@ class RangeRule(BasePolicy):
 
     def __post_init__(self) -> None:
         """Check that the numbers among the fields are finite and, unless they are cosines, at least 0."""
-        numbers = {
-            field.name: as_floats(
-                getattr(self, field.name), field.name, (), least=-np.inf if "cosine" in field.name else 0.0
-            )
-            for field in fields(self)  # type: ignore[arg-type]
-            if field.type == "float"
-        }
-        vars(self).update({name: float(number) for name, number in numbers.items()})
+        names = [field.name for field in fields(self) if field.type == "float"]  # type: ignore[arg-type]
+        least = {name: -np.inf if "cosine" in name else 0.0 for name in names}
+        numbers = {name: float(as_floats(getattr(self, name), name, (), least=least[name])) for name in names}
+        vars(self).update(numbers)
         self.parameters = np.array([*numbers.values()])
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
