@@ -38,7 +38,6 @@ _FOLDER = "the folder of a training run, module:function"
 EXPECTED = f"{NAMED}, {_FOLDER} or, of stable-baselines3, {MODEL} (a pickle: code in it is executed)"
 """What ``policy_of`` takes."""
 
-MODEL_SUFFIX = ".zip"
 _BEST, _STATISTICS = "best_model.zip", "vecnormalize.pkl"  # of ``FlockEvalCallback``
 _SB3 = ("stable_baselines3", "sb3_contrib")
 
@@ -222,7 +221,7 @@ def policy_of(
     executed.
     """
     has_model = Path(spec.rpartition(":")[2], _BEST).is_file() and policy_file(spec) is None
-    if suffix_of(spec) == MODEL_SUFFIX or has_model:
+    if suffix_of(spec) == ".zip" or has_model:
         return _model_policy(spec, task)
     if not is_code(spec):
         return read(spec)

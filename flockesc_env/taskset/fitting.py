@@ -15,16 +15,7 @@ from flockesc_env.scenario.presets import Scenario
 FREE = ("action_mode", "min_range", "range_grid", *UNOBSERVED)
 """Options that a policy chooses itself."""
 
-_ROW_BY_ROW = (
-    *get_args(Stored),
-    rules.FixedRange,
-    rules.RandomRange,
-    rules.ScheduledRange,
-    rules.BestCandidate,
-    rules.BestNextHeading,
-    rules.ListenWhileFleeing,
-    rules.StubbornLeaders,
-)
+_ROW_BY_ROW = (*get_args(Stored), rules.RandomRange, rules.ScheduledRange, rules.BestCandidate)
 
 
 def fitted(policy: Any, shown: PolicySpec, scenarios: Sequence[Scenario], env: Any = None) -> Setup:
