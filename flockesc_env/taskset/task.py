@@ -150,9 +150,7 @@ class Task:
     @property
     def reward(self) -> str:
         """The reward of training by default: what an agent, or the flock, adds to its objective."""
-        if self.spec.model == "line":
-            return "change"
-        return "individual" if self.per_agent else "team"
+        return "change" if self.spec.model == "line" else "individual" if self.per_agent else "team"
 
     @cached_property
     def sha256(self) -> str:
@@ -184,10 +182,7 @@ class Task:
         return policy_spec(self.scenario, chosen, per_agent=self.per_agent)
 
     def setup(self, policy: Any, env: Any = None) -> Setup:
-        """Return how a policy plays the task; a model of stable-baselines3 plays in ``env`` if it is given.
-
-        ``InputError``: it is for another problem, or sees or sets more than the task allows (``fitted``).
-        """
+        """Return how a policy that fits the task (``fitted``) plays it; a model plays in ``env`` if given."""
         from flockesc_env.taskset.fitting import fitted
 
         return fitted(policy, self.policy_spec, [*self.scenarios.values()], env)
