@@ -20,6 +20,7 @@ from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.options import EnvOptions, LineOptions
 from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.taskset.registration import register as _register
+from flockesc_env.taskset.task import tasks
 
 if _TYPE_CHECKING:
     from flockesc_env.envs.gymnasium import FlockEscapeEnv, PredatorEnv
@@ -38,7 +39,6 @@ if _TYPE_CHECKING:
     from flockesc_env.policies.rules import FixedRange, ScheduledRange, StubbornLeaders
     from flockesc_env.policies.sb3 import SB3Policy
     from flockesc_env.policies.simulate import simulate
-    from flockesc_env.taskset.task import tasks
 
 __all__ = [
     "PRESETS",
@@ -92,7 +92,6 @@ _LATER = {
     "policies.rules": ("FixedRange", "ScheduledRange", "StubbornLeaders"),
     "policies.sb3": ("SB3Policy",),
     "policies.simulate": ("simulate",),
-    "taskset.task": ("tasks",),
 }
 """Names that are imported at their first use, because to import all takes 0.1 s."""
 _HOMES = {name: f"flockesc_env.{module}" for module, names in _LATER.items() for name in names}

@@ -84,11 +84,7 @@ class Flock:
         num_threads: int | None,
     ) -> Self: ...
     def step(
-        self,
-        ranges: _Floats,
-        num_steps: int,
-        predator_actions: _Floats | None,
-        extra_force: _Floats | None,
+        self, ranges: _Floats, num_steps: int, predator_actions: _Floats | None, extra_force: _Floats | None
     ) -> None: ...
     def set(self, name: str, vectors: _Floats) -> None: ...
     def get(self, name: str, ranges: _Floats | None = None) -> NDArray[Any]: ...  # new, or a number
@@ -145,12 +141,7 @@ def rollout_line(
     report: _Report,
 ) -> _Columns: ...
 def sweep(  # model: "flock" or "line"
-    model: str,
-    scenario: str,
-    ranges: _Floats,
-    seeds: _Seeds,
-    num_threads: int | None,
-    report: _Report,
+    model: str, scenario: str, ranges: _Floats, seeds: _Seeds, num_threads: int | None, report: _Report
 ) -> _Columns: ...
 def episode_seed(seed: int, episode: int) -> int: ...
 def component_labels(graph: _Graph) -> NDArray[np.int64]: ...

@@ -31,12 +31,8 @@ _Scenario = FlockScenario | str
 _NUMBERS = ("mass", "speed", "alignment_strength", "repulsion_strength", "predator_range")
 _OF_FLOCKS = ("num_agents", "num_steps", "time_step", "initial_side", "initial_positions", "initial_headings")
 _OF_PREDATORS = ("predators", "position", "velocity", "max_turn_rate", "acceleration", "max_speed")
-_SUPPORTED = {
-    *_OF_FLOCKS,
-    *_OF_PREDATORS,
-    *_NUMBERS,
-    "randomization",
-}  # fields that may differ from the default
+_SUPPORTED = {*_OF_FLOCKS, *_OF_PREDATORS, *_NUMBERS, "randomization"}
+"""Fields that may differ from the default."""
 
 
 class FlockState(NamedTuple):

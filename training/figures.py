@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from flockesc_env import FlockScenario, InputError, load_policy, save_run, simulate
+from flockesc_env.common.array_files import origin, write_table
 from flockesc_env.common.files import check_writable, write_text
 from flockesc_env.models import Trajectory
 from flockesc_env.models.records import versions
@@ -45,7 +46,7 @@ def draw(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: in
     found = task.compare(*entries, num_flocks=num_flocks)
     print(found)
     found.write(output)
-    found.search.to_parquet(output / "grid_search.parquet")
+    write_table(found.search.table(), output / "grid_search.parquet", origin(found.search))
     record = {"command": shlex.join(["python", "-m", "training", *sys.argv[1:]]), "versions": versions()}
     write_text(output / "comparison.json", json.dumps(record, indent=2) + "\n")
 

@@ -13,7 +13,6 @@ from flockesc_env.cli.output import Exit
 COMMANDS: dict[str, Callable[..., Exit]] = {
     "simulate": runs.simulate,
     "sweep": sweep.run,
-    "scan": sweep.scan,
     "presets": runs.presets,
     "watch": runs.watch,
     "replay": runs.replay,

@@ -22,19 +22,13 @@ from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import EXPECTED as NAMED
-from flockesc_env.policies.registry import (
-    PREDATORS,
-    SUFFIX,
-    as_policy,
-    as_predator_policy,
-    load_policy,
-    policy_file,
-)
+from flockesc_env.policies.registry import PREDATORS, as_policy, as_predator_policy, load_policy, policy_file
 from flockesc_env.policies.sb3 import SB3Policy
 from flockesc_env.scenario.document import check_not_drawn, field_at, from_fields, parse_document
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.presets import MODELS, PRESETS, Scenario, preset
+from flockesc_env.taskset.results import is_code
 
 if TYPE_CHECKING:
     from flockesc_env.taskset.task import Task
@@ -44,7 +38,6 @@ _FOLDER = "the folder of a training run, module:function"
 EXPECTED = f"{NAMED}, {_FOLDER} or, of stable-baselines3, {MODEL} (a pickle: code in it is executed)"
 """What ``policy_of`` takes."""
 
-MODEL_SUFFIX = ".zip"
 _BEST, _STATISTICS = "best_model.zip", "vecnormalize.pkl"  # of ``FlockEvalCallback``
 _SB3 = ("stable_baselines3", "sb3_contrib")
 
@@ -228,11 +221,11 @@ def policy_of(
     executed.
     """
     has_model = Path(spec.rpartition(":")[2], _BEST).is_file() and policy_file(spec) is None
-    if suffix_of(spec) == MODEL_SUFFIX or has_model:
+    if suffix_of(spec) == ".zip" or has_model:
         return _model_policy(spec, task)
-    module, is_code, function = spec.partition(":")
-    if not is_code or module == "fixed" or suffix_of(spec) == SUFFIX:
+    if not is_code(spec):
         return read(spec)
+    module, _, function = spec.partition(":")
     if str(Path.cwd()) not in sys.path:
         sys.path.append(str(Path.cwd()))  # the script `flockesc` does not search there
     try:

@@ -1,27 +1,19 @@
-"""The commands sweep and scan: a search over fixed ranges, and measures against numbers of a scenario."""
+"""The command sweep: a search over fixed ranges."""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from tyro.conf import UseAppendAction, arg
+from tyro.conf import arg
 
 from flockesc_env.cli.flags import BACKEND, Json, Progress, ScenarioFlags, Seeds, Threads, described, optional
 from flockesc_env.cli.output import Exit, check_output, conclude, note, table
 from flockesc_env.common.array_files import PICTURES, TABLES, origin, write_result
-from flockesc_env.common.checks import (
-    FloatArray,
-    as_choice,
-    as_count,
-    as_floats,
-    as_seed,
-    as_threads,
-    parse_number,
-)
+from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats, as_seed, as_threads
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import MissingExtraError, require
 from flockesc_env.common.files import suffix_of
@@ -30,8 +22,6 @@ from flockesc_env.jobs import Arrays, Cache, find_backend
 from flockesc_env.jobs import run as run_all
 from flockesc_env.jobs.sweeps import OUTCOMES, joined, outcomes_of, seed_jobs
 from flockesc_env.models import records
-from flockesc_env.models.scan import NAMES as MEASURES
-from flockesc_env.models.scan import scan as run_scan
 from flockesc_env.models.sweep import RESULTS, SweepResult, sweep
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -41,15 +31,6 @@ from flockesc_env.scenario.presets import Scenario
 
 GRID_SIZE = 21
 """Number of ranges in the default grid."""
-
-_Output = Annotated[
-    Path | None,
-    *optional(
-        "file for a table with one row per run (.parquet, .csv) or for a curve with its interval (.png, .svg,"
-        " .pdf); needs the analysis extra",
-        "none",
-    ),
-]
 
 
 def run(
@@ -80,7 +61,14 @@ def run(
             metavar=f"{{{','.join(spec.name for spec in OBJECTIVES)}}}",
         ),
     ] = None,
-    output: _Output = None,
+    output: Annotated[
+        Path | None,
+        *optional(
+            "file for a table with one row per run (.parquet, .csv) or for a curve with its interval (.png,"
+            " .svg, .pdf); needs the analysis extra",
+            "none",
+        ),
+    ] = None,
     num_threads: Threads = None,
     backend: Annotated[str | None, *optional(BACKEND, "threads of this process", "BACKEND")] = None,
     cache: Annotated[
@@ -148,14 +136,12 @@ def run(
         "versions": records.versions(),
     }
     lines = _table(document, spec, chosen.range_unit)
-    conclude(document if json else lines, output, partial(_save, result, partial(result.plot, objective_)))
+
+    def save(path: Path) -> None:
+        write_result(path, result.plot(objective_) if is_picture else result.table(), origin(result))
+
+    conclude(document if json else lines, output, save)
     return Exit.INTERRUPTED if is_interrupted else Exit.DONE
-
-
-def _save(result: Any, plot: Callable[[], Any], path: Path) -> None:
-    """Write the table or the figure of a sweep or scan, which ``plot`` draws."""
-    found = plot() if suffix_of(path) in PICTURES else result.table()
-    write_result(path, found, origin(result.scenario.to_json(), result.seeds))
 
 
 def _ranges(
@@ -169,9 +155,7 @@ def _ranges(
         return as_floats(given, "interaction_ranges")
     if max_range is None:
         max_range = (EnvOptions if isinstance(scenario, FlockScenario) else LineOptions).max_range
-    largest = float(as_floats(max_range, "max_range", ()))
-    if largest < 0:
-        raise InputError("max_range", "a number of at least 0", largest)
+    largest = float(as_floats(max_range, "max_range", (), least=0.0))
     return np.linspace(0.0, largest, as_count(GRID_SIZE if grid_size is None else grid_size, "grid_size"))
 
 
@@ -244,74 +228,3 @@ def _table(document: dict[str, Any], objective: ObjectiveSpec, range_unit: str) 
         oracle = f"{document['hindsight_oracle']:.{digits}f} {objective.unit}".rstrip()
         lines.append(f"{found}; objective with the best range of every seed: {oracle}")
     return lines
-
-
-def scan(
-    scenario: ScenarioFlags,
-    *,
-    interaction_range: Annotated[
-        tuple[float, ...], arg(help="range in m, or one per value", metavar="FLOAT ..")
-    ],
-    values: Annotated[
-        UseAppendAction[tuple[str, ...]],
-        arg(
-            help="values of a field, such as angular_noise=1,2,3; repeat it for fields that change together",
-            metavar="PATH=FLOAT,..",
-            help_behavior_hint="(default: no changes)",
-        ),
-    ] = (),
-    seeds: Annotated[Seeds, arg(help="seeds of the flocks, STOP excluded")] = range(10),
-    measures: Annotated[
-        tuple[str, ...], arg(help=f"what to measure: {', '.join(MEASURES)}", metavar="NAME ..")
-    ] = ("polarization",),
-    skip: Annotated[int, arg(help="number of steps before the first time that counts")] = 0,
-    every: Annotated[int, arg(help="number of steps between times that count")] = 1,
-    output: _Output = None,
-    num_threads: Threads = None,
-    progress: Progress = False,
-    json: Json = False,
-) -> Exit:
-    """Measure a flock against fields of its scenario, or its range.
-
-    Prints means with 95 % intervals, fluctuations and autocorrelation times.
-
-    Needs the analysis extra.
-
-    Example: flockesc scan --interaction-range 10 --values speed=5,10,20
-    """
-    check_output(output, [*TABLES, *PICTURES])
-    require("analysis", ["matplotlib", "polars", "scipy"])
-    chosen: Any = scenario.build()
-    given = dict(_values(each) for each in values)
-    rho = interaction_range if len(interaction_range) > 1 else interaction_range[0]
-    total = len(seeds) * len(next(iter(given.values()), interaction_range))
-    options: dict[str, Any] = {"measures": measures, "skip": skip, "every": every}
-    with progress_bar("Scan", total, always=progress) as bar:
-        result = run_scan(chosen, given, rho, seeds, num_threads=num_threads, progress=bar, **options)
-    lines, measured = list[str](), {}
-    for name in result.series:
-        columns = {**result.values, **result.summary(name)}
-        rows = np.transpose([*columns.values()]).tolist()
-        lines += [name, *table([*columns], [[f"{each:.4g}" for each in row] for row in rows])]
-        measured[name] = {column: each.tolist() for column, each in columns.items()}
-        if notes := result.notes(name):
-            note("runs are shorter than ten autocorrelation times:", *notes)
-    document = {
-        "command": "scan",
-        **described(chosen),
-        "seeds": {"start": seeds.start, "stop": seeds.stop},
-        **options,
-        "measured": measured,
-        "output": output and str(output),
-        "versions": records.versions(),
-    }
-    conclude(document if json else lines, output, partial(_save, result, result.plot))
-    return Exit.DONE
-
-
-def _values(change: str) -> tuple[str, list[float]]:
-    path, _, text = change.partition("=")
-    try:
-        return path, [parse_number(number, float) for number in text.split(",")]
-    except ValueError:
-        raise InputError("values", "PATH=NUMBER,NUMBER,..", repr(change)) from None

@@ -38,9 +38,6 @@ from flockesc_env.taskset.task import FLOCKS, VERSION, tasks
 
 _TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
 
-TaskName = Annotated[str, arg(help="name of a task; flockesc tasks lists them")]
-ResultFiles = Annotated[Positional[tuple[Path, ...]], several("results that flockesc score wrote", "FILE ..")]
-
 
 def run(*, json: Json = False) -> Exit:
     """List the tasks and what normalizes their scores.
@@ -167,7 +164,7 @@ def score(
         several(f"all training seeds of a learner, or a rule: {EXPECTED}", "POLICY .."),
     ],
     *,
-    task: TaskName,
+    task: Annotated[str, arg(help="name of a task; flockesc tasks lists them")],
     learner: Annotated[str, arg(help="name of the learner or rule")] = "",
     training: Annotated[
         Path | None, *optional(f"how the learner was trained: {_TRAINING}", "nothing is said")
@@ -215,7 +212,7 @@ def score(
 
 
 def verify(
-    files: ResultFiles,
+    files: Annotated[Positional[tuple[Path, ...]], several("results that flockesc score wrote", "FILE ..")],
     *,
     flocks: Annotated[int | None, *optional("play some flocks only, drawn at random", "all")] = None,
     draw: Annotated[int | None, *optional("seed of a draw, which repeats it", "a new one")] = None,

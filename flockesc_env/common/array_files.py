@@ -62,9 +62,9 @@ def command_line() -> str:
     return shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])
 
 
-def origin(scenario: str, seeds: NDArray[np.uint64]) -> dict[str, str]:
+def origin(result: Any) -> dict[str, str]:
     """Return where a result comes from: version, command, scenario (JSON), seeds (START:STOP or a list)."""
-    given = seeds.tolist()
+    given, scenario = result.seeds.tolist(), result.scenario.to_json()
     is_range = given == list(range(given[0], given[0] + len(given)))
     text = f"{given[0]}:{given[-1] + 1}" if is_range else ",".join(map(str, given))
     return {"version": __version__, "command": command_line(), "scenario": scenario, "seeds": text}

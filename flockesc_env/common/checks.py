@@ -45,11 +45,7 @@ def parse_number(text: str, kind: type[_Number]) -> _Number:
 
 
 def parse_json(text: str) -> Any:
-    """Return the value of a JSON document.
-
-    Raises:
-        ValueError: if the text is not JSON, nests too deeply, or contains an object with a duplicate key.
-    """
+    """Return the value of a JSON document; ``ValueError``: no JSON, too deep, or a key twice in an object."""
     try:
         return json.loads(text, object_pairs_hook=_unique)
     except RecursionError:

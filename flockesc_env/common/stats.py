@@ -50,11 +50,8 @@ def mean_with_interval(
     count = values.shape[-1]
     if count < 2:
         raise InputError("seeds", "at least 2 for an interval", count)
-    level = float(as_floats(confidence, "confidence", ()))
-    if not 0 < level < 1:
-        raise InputError("confidence", "a number between 0 and 1", level)
     center = values.mean(axis=-1)
-    half = half_width((values - values[..., :1]).var(axis=-1, ddof=1) / count, count - 1, level)
+    half = half_width((values - values[..., :1]).var(axis=-1, ddof=1) / count, count - 1, confidence)
     return center, center - half, center + half
 
 

@@ -306,9 +306,6 @@ class OneFlock(FlockEnvironment, Generic[ObsType]):
         Any environment with the same scenario, options and interface can restore it, in any process. It does
         not contain the memory of policies, ``np_random`` or the random states of spaces; episodes do not draw
         from the last two.
-
-        Raises:
-            ResetNeededError: if called before ``reset``.
         """
         return self._batch.get_state()
 
@@ -316,9 +313,8 @@ class OneFlock(FlockEnvironment, Generic[ObsType]):
     def set_state(self, state: bytes) -> ObsType:
         """Restore a snapshot, clear the memory of policies and return the observation at that moment.
 
-        Raises:
-            InputError: if the snapshot is damaged or belongs to another version, scenario, interface or
-                other options; the running episode continues.
+        A snapshot that is damaged or of another version, scenario or interface, or of other options, raises
+        ``InputError``; the running episode continues.
         """
         return self._resume(self._restore(state))
 
@@ -359,11 +355,7 @@ class ManyFlocks(FlockEnvironment):
         Args:
             state: a snapshot of the same number of flocks, or of one flock, which is copied to all
                 ``flocks``. A snapshot of ``FlockEscapeEnv`` is one of one flock.
-            flocks: index of one flock, or indices of several; ``None``: all.
-
-        Raises:
-            InputError: as ``FlockEscapeEnv.set_state``.
-            ResetNeededError: if called before ``reset`` and ``flocks`` leaves some out.
+            flocks: index of one flock, or indices of several; ``None``: all. Before the first ``reset``, all.
         """
         return self._restore(state, flocks)
 

@@ -136,12 +136,6 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
 
         Args:
             actions: the action of every agent in ``agents``.
-
-        Returns:
-            Observations, rewards, terminations, truncations and infos, by name of the agent.
-
-        Raises:
-            ResetNeededError: if called before ``reset`` or after the end of the episode.
         """
         self._check_running()
         if not isinstance(actions, Mapping):
@@ -196,9 +190,6 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
             New arrays: observations, shape (n, entries), and rewards, terminations and truncations, shape
             (n,); and an ``info`` of plain numbers and ``interaction_range``, shape (n,). A caught agent keeps
             its row: its observation is zeros and its termination True.
-
-        Raises:
-            ResetNeededError: as ``step``.
         """
         self._check_running()
         if self._predators or predator_actions is not None:

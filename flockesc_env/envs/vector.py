@@ -119,10 +119,7 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
                 flock continues its seed schedule (``episode_seed``).
             options: the options of ``FlockEscapeEnv.reset``, applied to every flock that is reset, and
                 ``reset_mask``, the slots to reset, bool of shape (num_envs,); default: all. The slots of a
-                flock are reset together.
-
-        Raises:
-            ResetNeededError: if the first reset does not include all slots.
+                flock are reset together, and the first reset includes all.
         """
         given = dict(as_mapping(options))
         mask = self._mask(given.pop("reset_mask", None))
@@ -156,10 +153,6 @@ class BatchVectorEnv(Registered, ManyFlocks, VectorEnv[Observations, NDArray[Any
         Returns:
             Observations, shape (num_envs, entries), rewards, terminations and truncations, shape (num_envs,),
             and ``infos``.
-
-        Raises:
-            ResetNeededError: if called before ``reset``, or after the end of an episode if autoreset is
-                disabled.
         """
         step = _autoreset.step(self._batch, actions, self.autoreset_mode, self._out)
         columns = self._columns(step.columns, step.ranges, step.active)

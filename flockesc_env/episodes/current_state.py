@@ -39,9 +39,6 @@ class FlockView:
         self._batch = batch
         self._slot = slot
 
-    def __repr__(self) -> str:
-        return f"FlockView(slot={self._slot})"
-
     @property
     def step(self) -> int:
         """Number of steps of the model since the start of the episode."""

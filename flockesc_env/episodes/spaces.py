@@ -79,11 +79,8 @@ class RangeActions:
     def to_ranges(self, actions: Any, count: int, ignored: NDArray[np.bool] | None = None) -> FloatArray:
         """Return the ranges of stacked actions, shape (count,).
 
-        Args:
-            actions: shape (count, 1) and any real dtype or, for discrete actions, shape (count,) and any
-                integer dtype.
-            count: expected number of actions.
-            ignored: actions that are not checked and whose range is 0, shape (count,).
+        Actions have shape (count, 1) and any real dtype or, if they are discrete, shape (count,) and any
+        integer dtype. Those that are ``ignored``, shape (count,), are not checked; their range is 0.
         """
         ranges = self._of_array(actions, (count,), "action")
         if ignored is not None:
@@ -119,17 +116,11 @@ class RangeActions:
         return InputError(name, f"a number from {low} to {high} ({hint})", float(value))
 
     def from_ranges(self, ranges: FloatArray) -> NDArray[Any]:
-        """Return the actions of some ranges.
+        """Return the actions, shape (k, 1), of ranges in [``min_range``, ``max_range``], shape (k,).
 
+        Discrete actions are the indices of the nearest ranges of the grid, int64 of shape (k,). Otherwise
         ``to_ranges`` returns the same ranges: exactly in the action mode ``"range"``, and within two units in
         the last place of ``max_range`` in the mode ``"normalized"``, because actions are float64.
-
-        Args:
-            ranges: numbers in [``min_range``, ``max_range``], shape (k,).
-
-        Returns:
-            Actions, shape (k, 1) or, for discrete actions, the indices of the nearest ranges of the grid,
-            int64 of shape (k,).
         """
         actions = self.core.actions_of(ranges)
         return actions[:, None] if self.grid is None else actions.astype(np.int64)

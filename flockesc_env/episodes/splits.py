@@ -4,6 +4,7 @@ Environments give seeds of 2^32 or more to the episodes that autoreset starts (`
 above all of these ranges.
 """
 
+from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import InputError
 
 TUNING = range(1_000_000, 2_000_000)
@@ -20,18 +21,14 @@ FLOCKS_PER_RUN = 1_000_000
 
 def training_seeds(seed: int, first: int, count: int) -> range:
     """Return the seeds of ``count`` flocks of the training run ``seed``, from its flock ``first`` on."""
-    runs = len(TRAINING) // FLOCKS_PER_RUN
-    if not 0 <= seed < runs:
-        raise InputError("seed", f"an integer from 0 to {runs - 1}", seed)
+    run = as_count(seed, "seed", least=0, most=len(TRAINING) // FLOCKS_PER_RUN - 1)
     if first < 0 or count < 1 or first + count > FLOCKS_PER_RUN:
         given = f"[{first}, {first + count})"
         raise InputError("flocks of a run", f"indices in [0, {FLOCKS_PER_RUN})", given)
-    start = TRAINING.start + seed * FLOCKS_PER_RUN + first
+    start = TRAINING.start + run * FLOCKS_PER_RUN + first
     return range(start, start + count)
 
 
 def first_seeds(purpose: range, count: int) -> range:
     """Return the first ``count`` seeds of ``TUNING`` or ``HELD_OUT``."""
-    if not 1 <= count <= len(purpose):
-        raise InputError("flocks", f"an integer from 1 to {len(purpose)}", count)
-    return purpose[:count]
+    return purpose[: as_count(count, "flocks", most=len(purpose))]

@@ -32,12 +32,7 @@ def serial(jobs: Sequence[Job], cache: Cache) -> Outcomes:
 
 
 def find_backend(spec: str) -> Backend:
-    """Return the back end that a text such as ``"processes:4"`` names.
-
-    Raises:
-        InputError: if there is none.
-        MissingExtraError: if a library is not installed.
-    """
+    """Return the back end that a text such as ``"processes:4"`` names; Ray and SLURM need their extras."""
     name, _, rest = as_text(spec, "backend").partition(":")
     if spec == "serial":
         return serial
@@ -125,7 +120,6 @@ def run_jobs(
         progress: whether to show a progress bar even if stderr is not a terminal.
 
     Raises:
-        InputError: for an unknown back end, a function that cannot be imported or other arguments.
         JobError: if calls fail, with their arguments and tracebacks; the results of all others are kept.
         KeyboardInterrupt: on Ctrl-C; finished results are kept.
 

@@ -74,11 +74,7 @@ class Job:
 
     @cached_property
     def key(self) -> str:
-        """A hash of everything that the results depend on, the compiled core included.
-
-        Raises:
-            InputError: if an argument has another type than those that ``Job`` names.
-        """
+        """A hash of everything that the results depend on, the compiled core included."""
         try:
             parts = [self.function, self.engine, encoded(self.arguments)]
             text = json.dumps(parts, ensure_ascii=False)
@@ -183,11 +179,7 @@ class Cache:
         return None
 
     def get(self, job: Job) -> Arrays:
-        """Return the results of a job.
-
-        Raises:
-            JobError: if its file has not appeared after ``GRACE_SECONDS``.
-        """
+        """Return the results of a job; ``JobError`` if its file has not appeared after ``GRACE_SECONDS``."""
         end = time.monotonic() + GRACE_SECONDS
         while (results := self.find(job)) is None:
             if time.monotonic() > end:

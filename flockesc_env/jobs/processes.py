@@ -64,10 +64,8 @@ def _pool(workers: int) -> Iterator[ProcessPoolExecutor]:
     """Yield a pool; on exit, workers that still run are killed.
 
     A worker starts without the working folder in its path, so that a file such as ``types.py`` there does not
-    replace a module of Python; then it takes the driver's path.
-
-    Raises:
-        InputError: if the system does not allow so many processes, or none.
+    replace a module of Python; then it takes the driver's path. A system that does not allow so many
+    processes, or none, raises ``InputError``.
     """
     _check_threads(workers)
     os.environ.setdefault(_SAFE_PATH, _ONLY_AT_START)

@@ -67,11 +67,9 @@ def load_run(path: str | Path) -> RecordedRun:
     """Read a run that ``save_run`` wrote. Untrusted files are safe: no code in them is executed.
 
     Raises:
-        InputError: if ``path`` is not a path; if the file is damaged, a part is missing or has a wrong form,
-            or a number is impossible: NaN, infinite (except distances without a predator), a negative
-            distance, range or count, or a fraction above 1; if the scenario is invalid in this version of the
-            package.
-        FileNotFoundError: if the file does not exist.
+        InputError: if the file is damaged, lacks a part or has an impossible number: NaN, infinite (except
+            distances without a predator), a negative distance, range or count, or a fraction above 1; or if
+            the scenario is invalid in this version of the package.
     """
     path = as_path(path)
     header, columns = read_document(path, "a recorded run (npz)", "num_components")

@@ -7,7 +7,6 @@ import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
 from threading import Event
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env.common import checks
-from flockesc_env.common.array_files import origin, write_table
 from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import data_frame, figure_style
@@ -111,24 +109,17 @@ class ScanResult(Displayed):
         means = {name: self.means(name).ravel() for name in self.series}
         return data_frame({**repeated, "seed": np.tile(self.seeds, len(self.values[_RANGE])), **means})
 
-    def to_parquet(self, path: str | Path) -> None:
-        """Write ``table()`` to a Parquet file, as ``SweepResult.to_parquet`` does."""
-        write_table(self.table(), checks.as_path(path), origin(self.scenario.to_json(), self.seeds))
-
     @figure_style()
-    def plot(
-        self, measure: str | None = None, *, against: str | None = None, by: str | None = None
-    ) -> Figure:
+    def plot(self, measure: str | None = None, *, by: str | None = None) -> Figure:
         """Return a Matplotlib figure of the means of a measure, with 95 % intervals if there are two seeds.
 
-        ``against`` names the horizontal axis among ``values`` (``None``: the first one), and ``by`` the field
-        with a curve per number (``None``: one curve). ``figure.savefig("order.png")`` writes it.
+        The first of ``values`` is the horizontal axis. ``by`` names the field with a curve per number
+        (``None``: one curve). ``figure.savefig("order.png")`` writes it.
         """
         from matplotlib.figure import Figure  # optional and slow to import
 
         name, (mean, low, high, *_) = self._name(measure), self.summary(measure).values()
-        axis = next(iter(self.values)) if against is None else as_choice(against, "against", self.values)
-        x = self.values[axis]
+        axis, x = next(iter(self.values.items()))
         curves = np.zeros(len(x)) if by is None else self.values[as_choice(by, "by", self.values)]
         figure = Figure(figsize=(5.5, 3.5), layout="constrained")
         axes = figure.subplots()

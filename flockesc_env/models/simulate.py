@@ -219,9 +219,8 @@ class LineTrajectory(Displayed):
 
     def table(self) -> pl.DataFrame:
         """Return a polars DataFrame with one row per step: components, escape distance and all positions."""
-        names = ("num_components", "escape_distance")
         agents = {f"x_{agent}": states for agent, states in enumerate(self.states.T)}
-        columns = {name: getattr(self, name) for name in names}
+        columns = {name: getattr(self, name) for name in ("num_components", "escape_distance")}
         return data_frame({"step": np.arange(len(self.states)), **columns, **agents})
 
 

@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.array_files import origin, write_table
-from flockesc_env.common.checks import FloatArray, as_choice, as_path, as_seeds, as_threads, as_vector
+from flockesc_env.common.checks import FloatArray, as_choice, as_seeds, as_threads, as_vector
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import data_frame, figure_style
 from flockesc_env.common.progress import Progress, reporting
@@ -110,17 +108,15 @@ class SweepResult(Displayed):
         best: FloatArray = self.values(objective).max(axis=0)
         return best
 
-    def mean_with_interval(
-        self, objective: str | None = None, *, confidence: float = 0.95
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the mean over seeds and the ends of its Student's t interval, shape (ranges,).
+    def mean_with_interval(self, objective: str | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the mean over seeds and the ends of its 95 % interval (Student's t), shape (ranges,).
 
         The interval is exact for values with a normal distribution, at any number of seeds. With fewer than
         10 seeds it contains the true mean less often if their distribution is skewed.
         """
         from flockesc_env.common.stats import mean_with_interval  # optional and slow to import
 
-        return mean_with_interval(self._finite(objective), confidence)
+        return mean_with_interval(self._finite(objective))
 
     @figure_style()
     def plot(self, objective: str | None = None) -> Figure:
@@ -162,13 +158,6 @@ class SweepResult(Displayed):
                 **{name: getattr(self, name).ravel() for name in columns},
             }
         )
-
-    def to_parquet(self, path: str | Path) -> None:
-        """Write ``table()`` to a Parquet file; an existing file is replaced atomically.
-
-        Its metadata are ``version`` of the package, ``command``, ``scenario`` (JSON) and ``seeds``.
-        """
-        write_table(self.table(), as_path(path), origin(self.scenario.to_json(), self.seeds))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -238,9 +227,6 @@ def sweep(
         num_threads: number of threads; ``None``: one per core. Results do not depend on it.
         progress: ``True``: show a progress bar on stderr. A function: called with (finished runs, all runs)
             about twenty times per second; an exception that it raises stops the sweep.
-
-    Returns:
-        ``FlockSweepResult`` or, for a line, ``LineSweepResult``.
 
     Examples:
         >>> result = sweep("paper-flock", [0, 10, 100], seeds=range(10))

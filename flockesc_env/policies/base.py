@@ -71,10 +71,8 @@ class RowMemory:
         """Clear the memory of the rows in which an episode begins with the next action.
 
         Args:
-            rows: whether an episode begins in each row of the next observations, shape (k,).
-
-        Raises:
-            InputError: if the number of rows changes while some episodes are running.
+            rows: whether an episode begins in each row of the next observations, shape (k,). Their number
+                must not change while some episodes are running.
         """
         before = self._begins
         if rows.all() or before is None:
@@ -149,11 +147,8 @@ class BasePolicy(ABC):
     ) -> Self:
         """Return a copy with other attributes, unless they are ``None``, and with options beside its own.
 
-        The options are those of ``EnvOptions`` or, for a line, ``LineOptions``.
-
-        Raises:
-            InputError: if an argument has the wrong type, an option is unknown or out of bounds, or the
-                class of the policy needs the other view.
+        The options are those of ``EnvOptions`` or, for a line, ``LineOptions``. A class that needs the other
+        view raises ``InputError``.
         """
         made = copy(self)
         if name is not None:
@@ -238,11 +233,8 @@ class BasePolicy(ABC):
         """Return the action and ``state``, as models of stable-baselines3 do.
 
         The observation has shape (entries,) or, for k rows, (k, entries); other arguments are ignored. The
-        environment must have the policy's options; ``bind`` checks that. A memory is cleared in rows whose
-        observed ``time`` is 0.
-
-        Raises:
-            InputError: if the policy knows no options, or the observation lacks or adds entries.
+        environment must have the policy's options; ``bind`` checks that. A policy that knows none raises
+        ``InputError``. A memory is cleared in rows whose observed ``time`` is 0.
         """
         if self.options is None:
             raise InputError("policy.options", "those of the environment (use bind(env))", "none")
@@ -306,10 +298,7 @@ def normalizer_of(env: Any) -> Any:
 
 
 def _check_wrappers(env: Any, spec: PolicySpec | PredatorPolicySpec) -> None:
-    for name, expected in (
-        ("observation_space", spec.layout.space()),
-        ("action_space", spec.space()),
-    ):
+    for name, expected in (("observation_space", spec.layout.space()), ("action_space", spec.space())):
         space = getattr(env, f"single_{name}", None) or getattr(env, name)
         found = space(env.possible_agents[0]) if callable(space) else space
         is_clipped = name == "action_space" and bool(np.isinf(getattr(found, "low", 0.0)).all())

@@ -57,10 +57,11 @@ def compare(
     Args:
         scenario: the model's parameters, or a preset's name; ``None``: that of ``env`` or the first policy.
             With ``side="predator"``, predators become ``Learned`` if none is.
-        *policies: policies of ``side``, their names, paths of policy files, or models of stable-baselines3.
+        *policies: one or more policies of ``side`` that can play in the scenario with the options, their
+            names, paths of policy files, or models of stable-baselines3.
         num_flocks: number of held-out flocks.
         num_tuning: number of tuning flocks.
-        objective: an objective of the scenario; ``None``: that of the first policy's options.
+        objective: an objective that the scenario defines; ``None``: that of the first policy's options.
         ranges: fixed ranges among which the best one is chosen; ``None``: ``scenario.search_ranges``.
         num_threads: number of threads; ``None``: one per core.
         env: an environment in which models of stable-baselines3 play, as in ``rollout``.
@@ -69,10 +70,6 @@ def compare(
             first policy, or else ``"fixed:10"``.
         **options: options of ``rollout`` for all policies, also ``per_agent`` and ``predator_policy``. No
             fixed range exceeds a ``max_range`` that is given.
-
-    Raises:
-        InputError: if there is no policy, one cannot play in the scenario with the options, or an argument
-            is out of bounds or of the other side; if the scenario lacks what the objective requires.
 
     Examples:
         >>> found = compare("paper-flock", "stubborn-leaders", num_flocks=3, num_tuning=3)
@@ -174,7 +171,7 @@ def judged(
     every, last = np.arange(len(seeds)), columns[spec.name].argmax(axis=0)
     played = {name: _kept(columns, spec, (at, every)), ORACLE: _kept(columns, spec, (last, every))}
     played |= _played(entries, spec, seeds)
-    facts |= {"range_unit": first.scenario.range_unit, "best_range": best, "heard": columns.get("mean_heard")}
+    facts |= {"range_unit": first.scenario.range_unit, "best_range": best}
     return Comparison(spec=spec, seeds=seeds, search=search, played=played, **facts)
 
 

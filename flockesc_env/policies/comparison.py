@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from flockesc_env.common.array_files import origin, write_table
-from flockesc_env.common.checks import FloatArray, as_choice
+from flockesc_env.common.checks import FloatArray
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import data_frame, figure_style
 from flockesc_env.common.files import write_text
@@ -60,9 +60,8 @@ class Comparison:
             ``mean_heard`` as in ``Episodes``. The baseline is first: the best fixed range, or the best
             built-in predator.
         flock_policy: name of the flock's policy if predators are compared; ``None`` otherwise.
-        best_range: the best fixed range; this and the next three are ``None`` for predators.
+        best_range: the best fixed range; this and the next two are ``None`` for predators.
         search: the grid search over fixed ranges on these flocks.
-        heard: mean number of agents heard in every run of ``search``; ``None`` for lines.
         tuning: the grid search that chose the best fixed range; ``None`` for a task, which knows it.
         task: name of the task; ``None`` without a task.
         rule: name of the task's rule, the best policy without training; ``None`` without a task.
@@ -76,7 +75,6 @@ class Comparison:
     flock_policy: str | None = None
     best_range: Any = None
     search: Any = None
-    heard: FloatArray | None = None
     tuning: Any = None
     task: str | None = None
     rule: str | None = None
@@ -116,28 +114,21 @@ class Comparison:
         """Write table.md and episodes.parquet (``table``) to a folder, which is made."""
         folder.mkdir(parents=True, exist_ok=True)
         write_text(folder / "table.md", f"{self}\n")
-        found = origin(self.search.scenario.to_json(), self.search.seeds)
-        write_table(self.table(), folder / "episodes.parquet", found)
+        write_table(self.table(), folder / "episodes.parquet", origin(self.search))
 
     @figure_style()
-    def plot(self, against: str = "range") -> "Figure":
+    def plot(self) -> "Figure":
         """Return a Matplotlib figure: the objective against the fixed range, and a line per policy.
 
-        ``against="heard"``: against the mean number of agents heard, with a point per policy. Bands and bars
-        are 95 % intervals. A dashed line marks the best fixed range.
+        Bands are 95 % intervals. A dashed line marks the best fixed range.
         """
         if self.search is None:
             raise InputError("plot", "a comparison of ranges (table() has the objectives)", "predators")
-        as_choice(against, "against", ["range"] if self.heard is None else ["range", "heard"])
         from matplotlib.figure import Figure  # optional and slow to import
 
         figure = Figure(figsize=(8.3, 4.2), layout="constrained")
-        axes, has_bands, is_range = figure.subplots(), len(self.seeds) > 1, against == "range"
-        unit = f" ({self.range_unit})" if self.range_unit else ""
-        axes.set_xlabel(f"interaction range{unit}" if is_range else "agents heard per agent and step")
-        places = self.search.interaction_ranges
-        best = places.searchsorted(self.best_range)
-        places = places if is_range else cast("FloatArray", self.heard).mean(axis=1)
+        axes, has_bands, places = figure.subplots(), len(self.seeds) > 1, self.search.interaction_ranges
+        axes.set_xlabel(f"interaction range ({self.range_unit})" if self.range_unit else "interaction range")
         if has_bands:
             axes.fill_between(places, *self.search.mean_with_interval(self.spec.name)[1:], color="0.88", lw=0)
         axes.plot(places, self.spec.values(self.search).mean(axis=1), color="0.25", label="one fixed range")
@@ -145,18 +136,15 @@ class Comparison:
             color, (center, low, high) = f"C{place % 10}", vars(row.objective).values()
             label = f"{self.spec.number(center)} {name}"
             if place == 0:
-                axes.axvline(places[best], color="0.25", ls="--", lw=1, label=label)
-            elif is_range and name != ORACLE:
+                axes.axvline(self.best_range, color="0.25", ls="--", lw=1, label=label)
+            elif name != ORACLE:
                 axes.axhline(center, color=color, label=label)
                 if has_bands:
                     axes.axhspan(low, high, color=color, alpha=0.15, lw=0)
-            elif name != ORACLE:
-                bars = [[center - low], [high - center]] if has_bands else None
-                axes.errorbar(cast("float", row.mean_heard), center, bars, fmt="o", color=color, label=label)
         axes.set_ylabel(self.spec.with_unit(self.spec.symbol))
         title = f"{len(self.seeds)} held-out {self.spec.model}s, 95 % intervals"
         axes.set_title(title, loc="left", fontsize="medium")
-        axes.margins(x=0 if is_range else None)
+        axes.margins(x=0)
         axes.spines[["top", "right"]].set_visible(False)
         figure.legend(loc="outside right upper", fontsize="small", frameon=False)
         figure.draw_without_rendering()  # creates the labels of ticks in this style

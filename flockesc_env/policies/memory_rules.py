@@ -43,9 +43,6 @@ class StubbornWitnesses(RangeRule, RowMemory):
         min_neighbors: an agent that hears fewer others in a later action stops listening for good.
         crowding: growth of rho in m if N + 1 grows by a factor of e: inner agents listen farther.
         agreement: decrease of rho in m with c: agents that agree with what they hear listen less far.
-
-    Raises:
-        InputError: if an argument is not a finite number >= 0.
     """
 
     patience: float = 0.125
@@ -87,9 +84,6 @@ class ListenWhileThreatened(RangeRule, RowMemory):
         unaware_range: rho in m before the agent has observed the predator.
         aware_range: rho in m of agents that listen later.
         safe_distance: closest approach in m at which an agent stops listening.
-
-    Raises:
-        InputError: if an argument is not a finite number >= 0.
     """
 
     unaware_range: float = 150.0
@@ -147,9 +141,6 @@ class WinStayLoseShift(RangeRule, RowMemory):
             ``"estimated_escape_direction"``. The default fits the paper's flock.
         criterion: ``"closest_approach"``, ``"escape_direction"``, ``"estimated_escape_direction"`` or
             ``"estimated_encounter"``.
-
-    Raises:
-        InputError: if ``criterion`` is unknown, or another argument is not a finite number >= 0.
     """
 
     short_range: float = 10.0

@@ -50,9 +50,6 @@ class Architecture:
         candidate_inputs: names of the entries of a candidate range that are inputs, without ``profile_k_``;
             or ``"range"``, the candidate divided by the largest one.
         ranges: ranges in m to choose from.
-
-    Raises:
-        InputError: if an attribute has the wrong type or is out of bounds.
     """
 
     inputs: tuple[str, ...]
@@ -110,10 +107,7 @@ class NetworkPolicy(BasePolicy, RowMemory):
 
     Args:
         architecture: inputs, layers and head of the network.
-        parameters: weights and biases, shape (architecture.size,).
-
-    Raises:
-        InputError: if an argument has the wrong type or shape, or a parameter is not a finite float32.
+        parameters: weights and biases, finite in float32, shape (architecture.size,).
     """
 
     dimension = 1
@@ -131,11 +125,8 @@ class NetworkPolicy(BasePolicy, RowMemory):
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return one action per observation row; see ``Policy.act``.
 
-        Raises:
-            InputError: if the view or an option differs from those of the policy's file; if an input is
-                not in the observation; if the network sets a value and the action mode is not
-                ``"normalized"``; if it scores candidates and there are none; if it has a memory and the
-                number of rows changes during an episode.
+        An environment of another view or with other options (``check``), without an input, without candidates
+        that the network scores, or with another action mode, raises ``InputError``.
         """
         self.check(spec.options, per_agent=spec.per_agent)
         actions, ranges = choices(self.architecture, spec.actions, spec.profile_ranges)
@@ -158,11 +149,8 @@ class PredatorNetwork(NetworkPolicy):
     """A neural network that controls ``Learned`` predators: its outputs are their acceleration.
 
     Args:
-        architecture: layers and ``squash``; inputs are entries of the predator view (docs/model.md).
+        architecture: layers and ``squash`` alone; inputs are entries of the predator view (docs/model.md).
         parameters: weights and biases, with D outputs, where D = 2 or 3.
-
-    Raises:
-        InputError: as ``NetworkPolicy``, and if ``architecture`` has another head than a value or a memory.
     """
 
     side = "predator"
@@ -177,11 +165,7 @@ class PredatorNetwork(NetworkPolicy):
         super().__init__(architecture, parameters)
 
     def act(self, observations: Observations, spec: PredatorPolicySpec) -> NDArray[Any]:  # type: ignore[override]
-        """Return one action per observation row; see ``Policy.act``.
-
-        Raises:
-            InputError: if the dimension differs, or an input is not in the observation.
-        """
+        """Return one action per observation row, after ``check_spec``; see ``Policy.act``."""
         inputs = self.check_spec(spec)
         widths = [len(inputs), *self.architecture.hidden, self.dimension]
         parameters = self.parameters.astype(np.float64)
@@ -226,10 +210,6 @@ def torch_network(
         ranges: range in m of every output, for a network with one score per range, such as Q values. The
             policy sets the range with the highest score.
         is_predator: True: the network controls predators, and the result is a ``PredatorNetwork``.
-
-    Raises:
-        InputError: if the layers are of other types, or their sizes do not fit
-            ``inputs`` and ``ranges``.
     """
     found = list(layers)
     kinds = [type(layer).__name__ for layer in found]

@@ -110,8 +110,7 @@ def load_policy(policy: str | os.PathLike[str]) -> BasePolicy:
             folder of a training run. Untrusted files are safe: no code in them is executed.
 
     Raises:
-        InputError: if there is no such policy; if the file is damaged, is not a policy, contains an unknown
-            option or an invalid scenario; or if its network cannot act in its scenario with its options.
+        InputError: if the file is damaged or not a policy, or its network cannot act in its scenario.
     """
     return find_policy(policy, "policy")
 
@@ -179,11 +178,7 @@ class GivenPolicy(BasePolicy):
 
 
 def as_policy(value: Any, argument: str = "policy") -> BasePolicy:
-    """Return a policy, given as a policy, its name or path, or a model of stable-baselines3.
-
-    Raises:
-        InputError: if it is none of these.
-    """
+    """Return a policy, given as a policy, its name or path, or a model of stable-baselines3."""
     if isinstance(value, BasePolicy):
         return value
     if isinstance(value, str | os.PathLike):
@@ -208,11 +203,7 @@ def as_flock_policy(value: Any, argument: str = "policy") -> BasePolicy:
 
 
 def as_predator_policy(value: Any) -> BasePolicy:
-    """Return a policy of predators, given as an object, a name, a path or a model.
-
-    Raises:
-        InputError: if it is none of these, or is known to set the ranges of a flock.
-    """
+    """Return ``as_policy``; policies that are known to set the ranges of a flock are refused."""
     expected = (
         f"{', '.join(PREDATORS)}, a policy file (.npz), a predator's model or an object with a method act"
     )
@@ -242,9 +233,8 @@ def bind(policy: Any, env: Any) -> Callable[[Any], Any]:
             ``ClipAction``.
 
     Raises:
-        InputError: if ``policy`` is not a policy; if ``env`` is not an environment of this package; if a
-            wrapper changes a space of ``env`` or normalizes its observations; or if the environment lacks the
-            options that the policy knows.
+        InputError: if a wrapper changes a space of ``env`` or normalizes its observations, or the environment
+            lacks the options that the policy knows.
     """
     return as_policy(policy).bind(env)
 
@@ -257,10 +247,6 @@ def save_policy(policy: BasePolicy | Any, path: str | Path) -> None:
             ``with_options`` gave it a view, a scenario and options; or a model of stable-baselines3, which is
             written as its ``SB3Policy.network``.
         path: path of the file.
-
-    Raises:
-        InputError: if an argument has the wrong type, the policy is of another class or has no view or
-            scenario, or an option is not plain data; for a model as ``SB3Policy.network``.
     """
     file_path = as_path(path)
     if callable(getattr(policy, "predict", None)) and not hasattr(policy, "act"):

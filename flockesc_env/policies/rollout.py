@@ -49,7 +49,8 @@ def rollout(
     ``rollout(policy, seeds)`` uses the scenario of the policy, or the paper's flock if it has none.
 
     Args:
-        scenario: the model's parameters, or a preset's name; its class decides which model runs.
+        scenario: the model's parameters, or a preset's name; its class decides which model runs. It has a
+            predator.
         policy: sets the ranges: a policy, its name or path (``load_policy``), or a model of
             stable-baselines3. It plays with the options that it knows; options of the call replace those of
             a rule, but not those of a trained policy.
@@ -71,12 +72,8 @@ def rollout(
             flocks. Scenario and options are those of ``env``, which then needs a reset.
         **options: see ``EnvOptions`` or, for a line, ``LineOptions``.
 
-    Returns:
-        ``Episodes`` or, for a line, ``LineEpisodes``.
-
     Raises:
-        InputError: if an argument has the wrong type or value, an option is unknown or out of bounds, the
-            scenario has no predator, or the policy cannot play in it.
+        InputError: if the policy cannot play in the scenario with the options.
         MemoryError: for the seeds and outcomes.
 
     Examples:
@@ -133,10 +130,6 @@ def play_networks(
 
     Returns:
         The outcomes in ``Episodes`` or ``LineEpisodes`` and ``num_actions``, each of shape (seeds,).
-
-    Raises:
-        InputError: if the networks set values and the action mode is not ``"normalized"``, an input is not
-            in the observation, or ``parameters`` has the wrong shape or an entry that is not finite.
     """
     report = None if progress is None else lambda done: progress(done, len(seeds))
     architecture = cast("NetworkPolicy", entry.policy).architecture

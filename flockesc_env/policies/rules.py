@@ -25,10 +25,7 @@ class FixedRange(BasePolicy):
     """A policy with a fixed range, as in the paper's grid search.
 
     Args:
-        interaction_range: rho in m.
-
-    Raises:
-        InputError: if ``interaction_range`` is not a finite number >= 0.
+        interaction_range: rho in m, at least 0.
     """
 
     def __init__(self, interaction_range: float) -> None:
@@ -49,9 +46,6 @@ class RandomRange(BasePolicy):
 
     Args:
         seed: seed of the random numbers; ``None``: a random seed from the operating system.
-
-    Raises:
-        InputError: if ``seed`` is neither None nor an integer in [0, 2^64).
     """
 
     def __init__(self, seed: int | None = None) -> None:
@@ -69,9 +63,6 @@ class ScheduledRange(BasePolicy):
     Args:
         schedule: rho in m in every step of the episode, shape (T,), or for every agent, shape (T, n). If an
             action lasts several steps, the entry of the first step is used.
-
-    Raises:
-        InputError: if ``schedule`` has another shape, or an entry is not a finite number >= 0.
     """
 
     def __init__(self, schedule: ArrayLike) -> None:
@@ -90,11 +81,7 @@ class ScheduledRange(BasePolicy):
         return {"steps_per_action": 1, **_including(float(self.schedule.max()), scenario)}
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
-        """Return the action of the scheduled range for every row; see ``Policy.act``.
-
-        Raises:
-            InputError: if the schedule does not match the number of steps or of agents.
-        """
+        """Return the action of the scheduled range for every row; see ``Policy.act``."""
         self.check_length(spec.num_steps)
         time = observations[:, spec.layout.index("time")].astype(np.float64)
         steps = np.minimum(np.rint(time * spec.num_steps).astype(int), spec.num_steps - 1)
@@ -113,6 +100,8 @@ def _including(rho: float, scenario: Scenario) -> dict[str, Any]:
 class RangeRule(BasePolicy):
     """Base of rules that return a range for every observation row; they are dataclasses.
 
+    Their numbers are finite and, unless they are cosines, at least 0.
+
     Attributes:
         per_agent: True: the rule requires one observation per agent. False: one per flock.
         parameters: the fields that are numbers, in order.
@@ -123,23 +112,17 @@ class RangeRule(BasePolicy):
 
     def __post_init__(self) -> None:
         """Check that the numbers among the fields are finite and, unless they are cosines, at least 0."""
-        numbers = {
-            field.name: as_floats(
-                getattr(self, field.name), field.name, (), least=-np.inf if "cosine" in field.name else 0.0
-            )
-            for field in fields(self)  # type: ignore[arg-type]
-            if field.type == "float"
-        }
-        vars(self).update({name: float(number) for name, number in numbers.items()})
+        names = [field.name for field in fields(self) if field.type == "float"]  # type: ignore[arg-type]
+        least = {name: -np.inf if "cosine" in name else 0.0 for name in names}
+        numbers = {name: float(as_floats(getattr(self, name), name, (), least=least[name])) for name in names}
+        vars(self).update(numbers)
         self.parameters = np.array([*numbers.values()])
 
     def act(self, observations: Observations, spec: PolicySpec) -> NDArray[Any]:
         """Return the action of every row; see ``Policy.act``. Ranges are at most ``max_range``.
 
-        Raises:
-            InputError: if ``spec.per_agent`` is not the rule's, an option differs from those of the rule's
-                file, the observation lacks an entry or a profile that the rule reads, or a rule has a memory
-                and the number of rows changes during an episode.
+        Another view or other options than the rule's (``check``), or an observation without an entry that the
+        rule reads, raise ``InputError``.
         """
         self.check(spec.options, per_agent=spec.per_agent)
         ranges = np.minimum(self._ranges(observations, spec), spec.actions.max_range)
@@ -165,9 +148,6 @@ class StubbornLeaders(RangeRule):
     Args:
         min_cosine: cosine above which an agent stops listening.
         interaction_range: rho in m of agents that listen.
-
-    Raises:
-        InputError: if an argument is not a finite number, or ``interaction_range`` is negative.
     """
 
     min_cosine: float = 0.8
@@ -190,9 +170,6 @@ class ListenWhileFleeing(RangeRule):
     Args:
         min_cosine: mean cosine above which all agents listen.
         interaction_range: rho in m while they listen.
-
-    Raises:
-        InputError: if an argument is not a finite number, or ``interaction_range`` is negative.
     """
 
     per_agent = False
@@ -214,9 +191,6 @@ class BestCandidate(RangeRule):
 
     Args:
         entry: name of an entry of the candidates, without ``profile_k_``.
-
-    Raises:
-        InputError: if ``entry`` is not a string.
     """
 
     entry: str
@@ -241,9 +215,6 @@ class BestNextHeading(RangeRule):
     Args:
         turn: weight of the heard direction: the alignment strength times the time step over the mass, 0.5 in
             the paper.
-
-    Raises:
-        InputError: if ``turn`` is not a finite number >= 0.
     """
 
     turn: float = 0.5

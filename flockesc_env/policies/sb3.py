@@ -8,7 +8,6 @@ import gymnasium
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import as_flag
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.episodes.predators import PredatorPolicySpec
 from flockesc_env.episodes.spaces import ObservationLayout, PolicySpec
@@ -23,11 +22,12 @@ STORED_SPEC: Final = "flockesc_spec"
 class SB3Policy(BasePolicy, RowMemory):
     """A range policy or predator policy from a model of stable-baselines3 or sb3-contrib.
 
-    The state of a recurrent model is kept per row and reset at the start of every episode. The model plays
-    with the scenario and the options of its environment; ``reward`` and ``count_components`` may differ. A
-    saved model contains its spaces but no environment. After ``model.load(path)``, without ``env``, the
-    policy classes ``RangePolicy`` and ``ScorerPolicy``, and models that ``FlockEvalCallback`` judged, still
-    know them; with another model give options to ``with_options`` or to the call that plays.
+    Actions are the modes of the model's distributions. The state of a recurrent model is kept per row and
+    reset at the start of every episode. The model plays with the scenario and the options of its environment;
+    ``reward`` and ``count_components`` may differ. A saved model contains its spaces but no environment.
+    After ``model.load(path)``, without ``env``, the policy classes ``RangePolicy`` and ``ScorerPolicy``, and
+    models that ``FlockEvalCallback`` judged, still know them; with another model give options to
+    ``with_options`` or to the call that plays.
 
     Observations are normalized with the statistics of ``vec_normalize``. A saved model does not contain these
     statistics. It contains the last observations of its training: if they are out of bounds, they were
@@ -42,13 +42,9 @@ class SB3Policy(BasePolicy, RowMemory):
         vec_normalize: the ``VecNormalize`` of the training, for example ``VecNormalize.load(path, venv)``.
             ``None``: the outermost one of the model's environment that normalizes observations, if any.
             False: observations were not normalized, as with ``VecNormalize(norm_obs=False)``.
-        deterministic: True: the mode of the action distribution. False: a sample.
-
-    Raises:
-        InputError: if ``model`` has no method ``predict``, or ``vec_normalize`` is not a ``VecNormalize``.
     """
 
-    def __init__(self, model: Any, *, vec_normalize: Any = None, deterministic: bool = True) -> None:
+    def __init__(self, model: Any, *, vec_normalize: Any = None) -> None:
         if isinstance(model, type) or not callable(getattr(model, "predict", None)):
             raise InputError("model", "a model (an object with a method predict)", shown(model))
         is_given = vec_normalize is not None and vec_normalize is not False
@@ -56,7 +52,6 @@ class SB3Policy(BasePolicy, RowMemory):
             raise InputError("vec_normalize", "a VecNormalize, None or False", shown(vec_normalize))
         self.model, self.name = model, type(model).__name__
         self.vec_normalize = vec_normalize
-        self.deterministic = as_flag(deterministic, "deterministic")
         self.observation_space = getattr(model, "observation_space", None)
         self._checked_spec: Any = None
         env = self._environment()
@@ -83,12 +78,7 @@ class SB3Policy(BasePolicy, RowMemory):
             check_origins(known, f"; type {name}.load(path) to play with the stored ones")
 
     def act(self, observations: Observations, spec: PolicySpec | PredatorPolicySpec) -> NDArray[Any]:
-        """Return the model's action for every row; see ``Policy.act``.
-
-        Raises:
-            InputError: if the model's spaces differ from the environment's, the statistics of its
-                normalized observations are missing, or the number of rows changes during an episode.
-        """
+        """Return the model's action for every row, after ``check_spec``; see ``Policy.act``."""
         if spec is not self._checked_spec:
             self.check_spec(spec)
             self._checked_spec = spec
@@ -100,7 +90,7 @@ class SB3Policy(BasePolicy, RowMemory):
             observations if normalizer is None else normalizer.normalize_obs(observations),
             state=state,
             episode_start=begins,
-            deterministic=self.deterministic,
+            deterministic=True,
         )
         self._remember(len(observations), state)
         return actions
@@ -173,7 +163,7 @@ class SB3Policy(BasePolicy, RowMemory):
             raise InputError("vec_normalize", expected, "none")
 
     def check_spec(self, spec: PolicySpec | PredatorPolicySpec) -> None:
-        """Raise ``InputError`` unless the model's spaces are those of an environment."""
+        """Raise ``InputError`` unless an environment has the model's spaces, and its statistics are known."""
         row = "predator"
         if isinstance(spec, PolicySpec):
             self.check(spec.options, per_agent=spec.per_agent)

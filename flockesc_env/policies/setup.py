@@ -59,11 +59,7 @@ def setup(
     order. A model of stable-baselines3 has those of its environment, or those that ``RangePolicy`` and
     ``ScorerPolicy`` store. A caller may change the options of a rule, but not those with which a policy was
     trained: ``with_options`` does that. A model that knows none is refused, unless the caller gives some.
-
-    Raises:
-        InputError: if an argument has the wrong type or value, an option is unknown or out of bounds, two
-            origins of an option disagree, or the policy needs another model or another view, or does not
-            know its options; if an argument is not that of ``env``, or the name of the opponent is unknown.
+    Every disagreement, for example with the policy's view or with ``env``, raises ``InputError``.
     """
     if env is not None:
         given: dict[str, Any] = {"per_agent": per_agent, "predator_policy": predator_policy}

@@ -9,13 +9,7 @@ from numpy.typing import ArrayLike
 
 from flockesc_env.common.checks import FloatArray, as_array, as_count
 from flockesc_env.common.errors import InputError, shown
-from flockesc_env.models.simulate import (
-    LineTrajectory,
-    Trajectory,
-    run_flock,
-    seed_or_fresh,
-    simulate_line,
-)
+from flockesc_env.models.simulate import LineTrajectory, Trajectory, run_flock, seed_or_fresh, simulate_line
 from flockesc_env.policies.base import AnyPolicy
 from flockesc_env.policies.rollout import episode_steps, flock_batch
 from flockesc_env.policies.rules import FixedRange, ScheduledRange
@@ -76,12 +70,8 @@ def simulate(
             Positions and velocities take most of the memory.
         **options: options of the policy's environment, see ``EnvOptions``.
 
-    Returns:
-        ``Trajectory`` or, for a line, ``LineTrajectory``.
-
     Raises:
-        InputError: if an argument has the wrong type or shape, or is negative or not finite; if the scenario
-            draws a number that is out of bounds, or the policy cannot play in it.
+        InputError: if the scenario draws a number that is out of bounds, or the policy cannot play in it.
         MemoryError: for the run.
 
     Examples:

@@ -86,11 +86,9 @@ def listening(ranges: FloatArray, unit: str) -> list[tuple[str, float]]:
     far, silent = (round(100 * float(which.mean())) for which in (is_far, is_silent))
     pieces = [(f"{far} of 100 listen to {top:.3g} {unit}", top), (f"{silent} to nobody", 0.0)]
     between = ranges[~is_far & ~is_silent]
-    return (
-        [*pieces, ("others between", float(np.median(between)))]
-        if len(between) >= 0.05 * len(ranges)
-        else pieces
-    )
+    if len(between) >= 0.05 * len(ranges):
+        pieces.append(("others between", float(np.median(between))))
+    return pieces
 
 
 def initial_region(scenario: FlockScenario) -> FloatArray:

@@ -96,9 +96,6 @@ def write_video(
         fps: frames per second; ``None``: 20, or 10 in a ``.gif``, which compresses less.
         size: width and height of one run in pixels; ``None``: 512, or 400 in a ``.gif``.
         progress: called with (frames written, all frames). If it raises an exception, no file is written.
-
-    Raises:
-        OSError: if the file cannot be written; an older file stays as it was.
     """
     path = as_path(path)
     suffix = suffix_of(path)

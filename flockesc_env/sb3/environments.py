@@ -125,11 +125,7 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
 
     @survives_interrupts
     def step_wait(self) -> VecEnvStepReturn:
-        """Step all flocks; a flock whose episode ends starts the next one in the same step.
-
-        Raises:
-            ResetNeededError: if called before ``reset``.
-        """
+        """Step all flocks; a flock whose episode ends starts the next one in the same step."""
         has_all = self._infos == "all"
         if self._returns is not None:
             rows, rewards, _, ranges, columns = self._batch.step(self._actions, at_end="stay")
@@ -171,9 +167,7 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
                 self._options, self._returns = [{}] * self.num_envs, np.zeros(size)
                 observations, state, begins = env.reset(), None, np.ones(self.num_envs, np.bool)
                 while not self._batch.core.ended().all():
-                    actions, state = policy.model.predict(
-                        observations, state, begins, deterministic=policy.deterministic
-                    )
+                    actions, state = policy.model.predict(observations, state, begins, deterministic=True)
                     observations, begins = env.step(actions)[0], np.zeros(self.num_envs, np.bool)
                 columns = {**self._batch.outcomes(), "mean_return": self._returns}
                 parts.append({name: column[: len(chunk)] for name, column in columns.items()})
@@ -262,8 +256,7 @@ class FlockEvalCallback(BaseCallback):
         history: actions of training and mean objective of every evaluation.
 
     Raises:
-        InputError: if an argument has the wrong type or value, or in ``learn`` if the training
-            environment is neither one of ``vec_env`` nor a wrapped one.
+        InputError: in ``learn`` if the training environment is neither one of ``vec_env`` nor a wrapped one.
         OSError: in ``learn`` if files cannot be written; the older ones stay.
     """
 

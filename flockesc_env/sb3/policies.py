@@ -34,16 +34,12 @@ class RangePolicy(ActorCriticPolicy):
     Args:
         *args: spaces and learning rate, from stable-baselines3.
         spec: policy spec of the environment; see ``Task.policy_spec``.
-        first_range: the first range, in m for a flock. With discrete actions, the candidate next to it is the
-            most likely; the probabilities of the others fall by a factor of e with every place.
+        first_range: the first range, in m for a flock; not an end of the actions with ``squash_output``. With
+            discrete actions, the candidate next to it is the most likely; the probabilities of the others
+            fall by a factor of e with every place.
         first_std: standard deviation of the first actions, where 1 is half of the action space. ``None``: 0.6
-            or, with ``log_std_init`` or ``use_sde``, that of ``ActorCriticPolicy``.
+            or, as required with ``log_std_init`` or ``use_sde``, that of ``ActorCriticPolicy``.
         **kwargs: arguments of ``ActorCriticPolicy``.
-
-    Raises:
-        InputError: if ``first_range`` is none of the ranges of an action, or an end of them with
-            ``squash_output``; if ``first_std`` is not positive, or given with ``log_std_init`` or
-            ``use_sde``; if ``spec`` is not that of the environment.
     """
 
     def __init__(
@@ -94,9 +90,6 @@ class ScorerPolicy(ActorCriticPolicy):
         candidate_inputs: names of the entries of a candidate that it sees; see ``Architecture``.
         **kwargs: arguments of ``ActorCriticPolicy``. ``net_arch`` holds the widths of the hidden layers
             of both the scoring and the value network.
-
-    Raises:
-        InputError: if the observation lacks an input, or ``spec`` is not that of the environment.
     """
 
     def __init__(

@@ -9,23 +9,13 @@ from flockesc_env.policies import rules
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import Stored, as_flock_policy
 from flockesc_env.policies.setup import Setup, setup
-from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.options import UNOBSERVED
 from flockesc_env.scenario.presets import Scenario
 
 FREE = ("action_mode", "min_range", "range_grid", *UNOBSERVED)
 """Options that a policy chooses itself."""
 
-_ROW_BY_ROW = (
-    *get_args(Stored),
-    rules.FixedRange,
-    rules.RandomRange,
-    rules.ScheduledRange,
-    rules.BestCandidate,
-    rules.BestNextHeading,
-    rules.ListenWhileFleeing,
-    rules.StubbornLeaders,
-)
+_ROW_BY_ROW = (*get_args(Stored), rules.RandomRange, rules.ScheduledRange, rules.BestCandidate)
 
 
 def fitted(policy: Any, shown: PolicySpec, scenarios: Sequence[Scenario], env: Any = None) -> Setup:
@@ -48,7 +38,7 @@ def fitted(policy: Any, shown: PolicySpec, scenarios: Sequence[Scenario], env: A
     """
     player = as_flock_policy(policy)
     task = {name: value for name, value in vars(shown.options).items() if name not in FREE}
-    is_alone = shown.per_agent and all(_has_one_predator(one) for one in scenarios)
+    is_alone = shown.per_agent and all(len(getattr(one, "predators", ())) == 1 for one in scenarios)
     if env is not None:
         entry = setup(player, per_agent=shown.per_agent, env=env)
         _check(vars(entry.options), task, is_alone)
@@ -86,10 +76,6 @@ def _check(own: Mapping[str, Any], task: Mapping[str, Any], is_alone: bool) -> N
     if own.get("predator_sensing_range", 0.0) > most:
         expected = f"at most {most:g} m, as in the task"
         raise InputError("predator_sensing_range", expected, own["predator_sensing_range"])
-
-
-def _has_one_predator(scenario: Scenario) -> bool:
-    return isinstance(scenario, FlockScenario) and len(scenario.predators) == 1
 
 
 def is_checkable(policy: BasePolicy) -> bool:

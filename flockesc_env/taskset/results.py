@@ -114,9 +114,7 @@ def write_result(result: Result, path: Path) -> None:
 def read_result(path: Path) -> Result:
     """Read a result, and check everything that needs no replay.
 
-    Raises:
-        FileNotFoundError: if the file does not exist.
-        InputError: if the file is damaged, or is not about the tasks and flocks of this version.
+    A file that is damaged, or about tasks or flocks of another version, raises ``InputError``.
     """
     try:
         result = msgspec.convert(parse_json(path.read_text("utf-8")), Result)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -42,8 +42,6 @@ VERSION: Final = "v1"
 FLOCKS: Final = first_seeds(HELD_OUT, 1000)
 """Seeds of the flocks, or lines, that every policy is scored on."""
 
-Reference = Literal["free headings", "clairvoyant", "informed greedy", "hindsight"]
-
 
 class Scale(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The two objectives that normalize the scores of a task in one scenario.
@@ -63,7 +61,7 @@ class Scale(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     zero: float
     one: float
     one_error: float = 0.0
-    reference: Reference
+    reference: Literal["free headings", "clairvoyant", "informed greedy", "hindsight"]
 
     def score(self, objective: Any) -> Any:
         """Return the normalized score of an objective or an array of them."""
@@ -113,12 +111,10 @@ class Task:
             "trained in": self.preset,
             "objective": self.spec.with_unit(self.spec.symbol),
             "score 0": "; ".join(
-                f"{text(scale.zero)} in {name} (best fixed range {scale.best_fixed_range:g})"
-                for name, scale in scales
+                f"{text(one.zero)} in {name} (best fixed range {one.best_fixed_range:g})"
+                for name, one in scales
             ),
-            "score 1": "; ".join(
-                f"{text(scale.one)} in {name} ({scale.reference})" for name, scale in scales
-            ),
+            "score 1": "; ".join(f"{text(one.one)} in {name} ({one.reference})" for name, one in scales),
             "rule": self.rule,
             "samples": f"at most {self.samples:,} actions, each of one {self.actor}",
             "learners": ", ".join(self.learners),
@@ -154,15 +150,13 @@ class Task:
     @property
     def reward(self) -> str:
         """The reward of training by default: what an agent, or the flock, adds to its objective."""
-        if self.spec.model == "line":
-            return "change"
-        return "individual" if self.per_agent else "team"
+        return "change" if self.spec.model == "line" else "individual" if self.per_agent else "team"
 
     @cached_property
     def sha256(self) -> str:
         """Checksum of everything that defines the task."""
         scenarios = {self.preset: self.scenario, **self.scenarios}
-        table = {name: getattr(self, name) for name in _Table.__struct_fields__ if name != "objective"}
+        table: dict[str, Any] = {name: getattr(self, name) for name in _SHARED}
         table |= {"scenario": self.preset, "objective": self.spec.name}
         table["options"] = {name: value for name, value in self.options.items() if name != "objective"}
         defining = {
@@ -188,24 +182,16 @@ class Task:
         return policy_spec(self.scenario, chosen, per_agent=self.per_agent)
 
     def setup(self, policy: Any, env: Any = None) -> Setup:
-        """Return how a policy plays the task; a model of stable-baselines3 plays in ``env`` if it is given.
-
-        Raises:
-            InputError: if it is for another problem, or sees or sets more than the task allows (``fitted``).
-        """
+        """Return how a policy that fits the task (``fitted``) plays it; a model plays in ``env`` if given."""
         from flockesc_env.taskset.fitting import fitted
 
         return fitted(policy, self.policy_spec, [*self.scenarios.values()], env)
 
     def env(self, **options: Any) -> FlockEscapeEnv | LineEscapeEnv:
-        """Return the Gymnasium environment of a task with one range per flock or line.
+        """Return the Gymnasium environment of a task with one range per flock or line, not per agent.
 
-        Args:
-            **options: options beside the task's, such as ``reward`` and ``render_mode``. ``scenario``
-                replaces the task's.
-
-        Raises:
-            InputError: if every agent sets its own range; if an option is unknown or out of bounds.
+        ``options`` are those beside the task's, such as ``reward`` and ``render_mode``; ``scenario`` replaces
+        the task's.
         """
         from flockesc_env.envs.gymnasium import FlockEscapeEnv
         from flockesc_env.envs.line import LineEscapeEnv
@@ -226,7 +212,7 @@ class Task:
         return parallel_env(**{**view, **self.options, **options})
 
     def vec_env(self, num_flocks: int = 1, *, learner: str | None = "ppo", **options: Any) -> VecEnv:
-        """Return the environment for stable-baselines3, with one slot per agent, per flock or per line.
+        """Return the environment for stable-baselines3 (extra ``sb3``), a slot per agent, flock or line.
 
         Args:
             num_flocks: number of flocks, or of lines.
@@ -234,10 +220,6 @@ class Task:
                 action mode. ``None``: only the task decides.
             **options: options of ``flockesc_env.sb3.vec_env`` that replace those of the task and the learner;
                 ``reward`` is ``Task.reward`` by default. ``scenario`` replaces the task's.
-
-        Raises:
-            MissingExtraError: if stable-baselines3 is not installed.
-            InputError: if the learner is unknown; if an option is unknown or out of bounds.
         """
         from flockesc_env.sb3 import vec_env
 
@@ -251,18 +233,11 @@ class Task:
             envs.set_attr("spec", gymnasium.spec(self.id))
         return envs
 
-    def eval_callback(
-        self,
-        num_flocks: int = 20,
-        eval_freq: int = 1000,
-        best_model_save_path: str | Path | None = None,
-        eval_env: Any = None,
-    ) -> FlockEvalCallback:
-        """Return a ``FlockEvalCallback``, for ``learn`` on ``vec_env``; it needs the extra ``sb3``."""
+    def eval_callback(self, *, eval_freq: int = 1000, **arguments: Any) -> FlockEvalCallback:
+        """Return a ``FlockEvalCallback`` of these arguments, for ``learn`` on ``vec_env`` (extra ``sb3``)."""
         from flockesc_env.sb3 import FlockEvalCallback
 
-        given: Any = {"best_model_save_path": best_model_save_path, "eval_env": eval_env}
-        return FlockEvalCallback(eval_freq, num_flocks, **given)
+        return FlockEvalCallback(eval_freq, **arguments)
 
     @property
     def learners(self) -> dict[str, Learner]:
@@ -279,9 +254,6 @@ class Task:
 
         ``RangePolicy`` starts at the learner's ``first_range``, or at the largest range of an action if that
         is shorter. Example: ``PPO(env=task.vec_env(4), **task.hyperparameters("ppo"))``.
-
-        Raises:
-            InputError: if the task has no such learner, or it is none of stable-baselines3.
         """
         found = self.learner(learner) if isinstance(learner, str) else learner
         if found.algorithm in OWN_ALGORITHMS:
@@ -300,15 +272,12 @@ class Task:
         """Play policies and the best fixed range on the same held-out flocks, as ``flockesc_env.compare``.
 
         Args:
-            *policies: policies, names of built-in ones, paths of policy files, or models of
-                stable-baselines3 that were trained on this task.
+            *policies: policies that fit the task (``setup``), their names, paths of policy files, or models
+                of stable-baselines3 that were trained on this task.
             scenario: one of ``scenarios``; ``None``: the first one.
             num_flocks: number of flocks.
             num_threads: number of threads; ``None``: one per core.
             env: an environment of ``scenario``, in which models play, as in ``rollout``.
-
-        Raises:
-            InputError: if a policy does not fit the task, or an argument is out of bounds.
         """
         require("analysis", ["scipy"])
         from flockesc_env.policies import SB3Policy, compare
@@ -347,13 +316,14 @@ class _Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
         spec = model.objectives[as_choice(self.objective, f"{name}.objective", model.objectives)]
         if not spec.is_defined_in(model):
             raise InputError("scenario", f"{spec.requires}, which the objective {spec.name} requires", "none")
-        known = msgspec.structs.asdict(self) | {
-            "scenario": model,
-            "scenarios": {one: scenarios[one] for one in self.scales},
-        }
-        objective = {"objective": known.pop("objective")}
-        known["options"] = self.options if model.model == "line" else self.options | objective
-        return Task(name=name, spec=spec, preset=self.scenario, version=version, **known)
+        options = self.options if model.model == "line" else self.options | {"objective": self.objective}
+        known: dict[str, Any] = {one: getattr(self, one) for one in _SHARED}
+        known |= {"scenario": model, "scenarios": {one: scenarios[one] for one in self.scales}}
+        return Task(name=name, spec=spec, options=options, preset=self.scenario, version=version, **known)
+
+
+_SHARED: Final = ("asks", "per_agent", "samples", "scales")
+"""Fields that a table and its task share."""
 
 
 class _File(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -370,33 +340,16 @@ def read_tasks(text: str) -> dict[str, Task]:
     return {name: table.task(name, file.version) for name, table in file.tasks.items()}
 
 
-class Tasks(Mapping[str, Task]):
+class Tasks(dict[str, Task]):
     """The tasks by name; printing it is the table."""
 
-    @cached_property
-    def _tasks(self) -> dict[str, Task]:
-        return read_tasks(Path(__file__).with_name(f"{VERSION}.toml").read_text("utf-8"))
-
-    def __getitem__(self, name: str) -> Task:
-        """Return a task; ``"Per_Agent_Visible"`` also finds ``"per-agent-visible"``.
-
-        Raises:
-            InputError: if the name is unknown. It names the near ones.
-        """
-        return self._tasks[as_name(name, "task", self._tasks)]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._tasks)
-
-    def __len__(self) -> int:
-        return len(self._tasks)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._tasks
+    def __missing__(self, name: str) -> Task:
+        """Return ``"per-agent-visible"`` for ``"Per_Agent_Visible"``; refuse an unknown name."""
+        return self[as_name(name, "task", self)]
 
     def __repr__(self) -> str:
         return "\n".join(f"{name:<28}{task.actor:<7}{task.asks}" for name, task in self.items())
 
 
-tasks: Final = Tasks()
+tasks: Final = Tasks(read_tasks(Path(__file__).with_name(f"{VERSION}.toml").read_text("utf-8")))
 """The tasks by name, for example ``tasks["per-agent-visible"]``."""

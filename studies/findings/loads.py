@@ -18,10 +18,10 @@ from flockesc_env.policies import rollout
 from flockesc_env.policies.setup import setup
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.taskset.results import is_file
-from flockesc_env.taskset.statistics import difference, means
 from studies.measurements import Runner, policy_of, share_of, split
 from studies.scoreboard.board import BOARD
 from studies.scoreboard.report import Entry
+from studies.scoreboard.statistics import difference, means
 from studies.study import document
 from studies.style import letter, subplots
 

@@ -15,12 +15,12 @@ from flockesc_env import FlockScenario, tasks
 from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray
 from flockesc_env.episodes import splits
 from flockesc_env.taskset import Task
-from flockesc_env.taskset.statistics import difference
 from studies.findings import controls, headlines, listening, loads, losses, styles
 from studies.findings.headlines import Headline
 from studies.measurements import Runner, sign
 from studies.scoreboard.board import ANY_RATE, load_board
 from studies.scoreboard.report import Entry, entries_of
+from studies.scoreboard.statistics import difference
 from studies.study import Study, template
 
 FIGURES: Final = "figures"

@@ -20,7 +20,7 @@ from flockesc_env.episodes.splits import TUNING, first_seeds
 from flockesc_env.jobs import Arrays
 from flockesc_env.policies.registry import TRAINED, parse_policy
 from flockesc_env.taskset import LoadedPolicy, Result, Task, Training, read_result, score, write_result
-from flockesc_env.taskset.statistics import means
+from studies.scoreboard.statistics import means
 from studies.scoreboard.trainings import TRANSFERRED, Key, hyperparameters_of, versions_of
 from training.families import rules_of
 

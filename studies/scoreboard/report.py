@@ -11,10 +11,10 @@ import numpy as np
 from flockesc_env.common.stats import Estimate, FloatArray
 from flockesc_env.policies import load_policy
 from flockesc_env.taskset import Result, read_result, tasks
-from flockesc_env.taskset.statistics import difference
 from flockesc_env.taskset.task import FLOCKS, VERSION
 from studies.scoreboard import board, rewards
 from studies.scoreboard.board import Entrant, score_of, scores_of, with_reference_error
+from studies.scoreboard.statistics import difference
 from studies.study import template
 
 RESULTS: Final = Path("results/scoreboard")

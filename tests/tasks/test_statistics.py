@@ -12,9 +12,9 @@ from scipy.stats import t, ttest_1samp, ttest_ind
 from flockesc_env import sweep
 from flockesc_env.common.stats import Estimate
 from flockesc_env.taskset.results import PolicyResult, Result, Training, read_result
-from flockesc_env.taskset.statistics import difference, intervals, means
 from flockesc_env.taskset.task import FLOCKS, VERSION, tasks
 from studies.scoreboard.board import BEST_FIXED, column_of, score_of, scores_of
+from studies.scoreboard.statistics import difference, intervals, means
 
 NUM_FLOCKS = 40
 TASKS = ("held-out-predators", "line", "one-range")
