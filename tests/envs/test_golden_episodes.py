@@ -17,9 +17,7 @@ from option_table import DIMENSIONS, EVERY_STEP, small_flock
 from same import plain, same
 
 import flockesc_env as fe
-from flockesc_env import FlockEscapeEnv, LineEscapeEnv, LineScenario, parallel_env
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.scenario import Inertial, Reynolds
 
 GOLDEN, NETWORKS = (json.loads(file.read_text()) for file in (FILE, FILE.with_name("network_outcomes.json")))
@@ -76,8 +74,8 @@ def test_another_seed_is_another_episode() -> None:
 
 
 UNSEEDED: list[tuple[Any, Any]] = [
-    *((make, small_flock()) for make in (FlockEscapeEnv, parallel_env, BatchVectorEnv)),
-    (LineEscapeEnv, LineScenario(num_agents=5)),
+    *((make, small_flock()) for make in (fe.FlockEscapeEnv, fe.parallel_env, BatchVectorEnv)),
+    (fe.LineEscapeEnv, fe.LineScenario(num_agents=5)),
 ]
 
 
@@ -118,7 +116,7 @@ def test_flock_sweep(dimension: int) -> None:
 @pytest.mark.parametrize("per_agent", [False, True])
 def test_rollout(dimension: int, per_agent: bool) -> None:
     scenario = small_flock(dimension, num_agents=40)
-    policy = StubbornLeaders() if per_agent else FixedRange(9.0)
+    policy = fe.StubbornLeaders() if per_agent else fe.FixedRange(9.0)
     options = {**EVERY_STEP, "per_agent": per_agent, "predator_sensing_range": math.inf}
     first, *others = (
         fe.rollout(scenario, policy, SEEDS, batch_size=size, num_threads=count, **options)

@@ -10,7 +10,6 @@ from option_table import DIMENSIONS, STEPS_PER_ACTION, every_pair, small_flock
 
 import flockesc_env as fe
 from flockesc_env.models import Trajectory
-from flockesc_env.policies import FixedRange
 from flockesc_env.scenario import ConstantVelocity, Learned, PurePursuit, Topological, Wandering
 
 RHO, MAX_RANGE = 5.0, 8.0
@@ -47,7 +46,7 @@ def rewards_of(interface: str, scenario: fe.FlockScenario, **options: Any) -> np
     options |= {"action_mode": "range", "max_range": MAX_RANGE}
     if interface.startswith("rollout"):
         options["per_agent"] = interface in PER_AGENT
-        return fe.rollout(scenario, FixedRange(RHO), [SEED], **options).mean_return[None]
+        return fe.rollout(scenario, fe.FixedRange(RHO), [SEED], **options).mean_return[None]
     is_flock = interface == "gymnasium"
     env: Any = fe.FlockEscapeEnv(scenario, **options) if is_flock else fe.parallel_env(scenario, **options)
     reset, act = (env.reset, env.step) if is_flock else (env.reset_array, env.step_array)

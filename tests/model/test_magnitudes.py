@@ -15,7 +15,6 @@ from option_table import every_pair, small_flock
 
 import flockesc_env as fe
 from flockesc_env import scenario as sc
-from flockesc_env.common.errors import InputError
 from flockesc_env.policies import Pursue
 from flockesc_env.scenario import ConstantVelocity, Learned
 
@@ -43,7 +42,7 @@ def test_bounds(make: Any, field: str, good: tuple[float, ...], bad: tuple[float
     for value in good:
         assert getattr(make(**{field: value}), field) == value
     for value in bad:
-        with pytest.raises(InputError) as caught:
+        with pytest.raises(fe.InputError) as caught:
             make(**{field: value})
         assert caught.value.field == field
 

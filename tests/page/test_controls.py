@@ -23,7 +23,6 @@ from browser import (
 from playwright.sync_api import Page
 
 import flockesc_env as fe
-from flockesc_env import tasks
 from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.watch.live import RANGES
 from playground.__main__ import FIRST, HEADLINE, means
@@ -192,7 +191,7 @@ def test_a_finger_grabs_the_predator_of_both_flocks(tab: Page, open_at: OpenAt) 
 
 def test_the_means_are_those_of_the_held_out_flocks_of_the_task(tab: Page, open_at: OpenAt) -> None:
     open_at()
-    task, measured = tasks["per-agent-visible"], means(12, FLOCKS)
+    task, measured = fe.tasks["per-agent-visible"], means(12, FLOCKS)
     best = measured["fixed"][RANGES.index(12)]
     assert task.scales["paper-flock"].best_fixed_range == 12
     fixed = fe.sweep("paper-flock", [12.0], seeds=task.seeds[:FLOCKS]).min_mean_distance

@@ -12,7 +12,6 @@ from browser import COLORED, DUEL, READY, STATE, lowest, open_page, slide, text,
 from playwright.sync_api import Browser, Page
 
 import flockesc_env as fe
-from flockesc_env import tasks
 from flockesc_env.watch.live import RANGES
 from playground.__main__ import FIRST, HEADLINE
 
@@ -82,7 +81,8 @@ def test_a_link_with_a_guess_asks_a_friend_first(tab: Page, playground: str) -> 
 
 def test_the_first_flock_agrees_with_the_means() -> None:
     ranges = fe.sweep("paper-flock", RANGES, seeds=[FIRST]).min_mean_distance[:, 0]
-    assert RANGES[int(ranges.argmax())] == tasks["per-agent-visible"].scales["paper-flock"].best_fixed_range
+    scale = fe.tasks["per-agent-visible"].scales["paper-flock"]
+    assert RANGES[int(ranges.argmax())] == scale.best_fixed_range
     assert lowest(fe.simulate("paper-flock", policy=HEADLINE, seed=FIRST)) > ranges.max()
 
 

@@ -28,7 +28,6 @@ from playwright.sync_api import Page
 from watch_documents import needs_engine
 
 import flockesc_env as fe
-from flockesc_env.models.records import save_run
 from flockesc_env.watch.live import RULES
 from flockesc_env.watch.page import render, replay
 from playground.__main__ import HEADLINE
@@ -59,7 +58,7 @@ def test_the_next_flock_is_played_by_all_policies_of_the_page(tab: Page, tmp_pat
 def test_files_that_no_page_can_play_are_named(tab: Page, open_at: OpenAt, tmp_path: Path) -> None:
     """test_engine.py has the options that are refused."""
     open_at("policies=fixed:3")
-    save_run(fe.simulate(SMALL, 10.0, seed=1), tmp_path / "run.npz")
+    fe.save_run(fe.simulate(SMALL, 10.0, seed=1), tmp_path / "run.npz")
     with np.load(BEST) as file:
         arrays = dict(file)
     numbers = arrays["parameters"]

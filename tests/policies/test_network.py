@@ -11,7 +11,6 @@ from option_table import small_flock
 from torch import nn
 
 import flockesc_env as fe
-from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.spaces import PolicySpec
 from flockesc_env.policies import torch_network
 from flockesc_env.policies.network import Architecture, NetworkPolicy
@@ -62,7 +61,7 @@ def test_memory_starts_at_zero_and_is_kept() -> None:
     assert actions(0.75, 0.1) == pytest.approx([np.tanh(0.5), 0], abs=EPS)
     policy.reset(np.ones(3, bool))
     assert actions(0.0, 0.0, 0.0) == [0, 0, 0]  # other rows
-    with pytest.raises(InputError, match="rows: expected 3 rows as before, got 2"):
+    with pytest.raises(fe.InputError, match="rows: expected 3 rows as before, got 2"):
         policy.reset(np.array([False, True]))
 
 
@@ -80,7 +79,7 @@ def test_memory_starts_at_zero_and_is_kept() -> None:
 )
 def test_networks_that_cannot_act_are_refused(fields: dict[str, Any], parameters: Any, message: str) -> None:
     shared = fe.FlockEscapeEnv(SCENARIO).policy_spec
-    with pytest.raises(InputError, match=message):
+    with pytest.raises(fe.InputError, match=message):
         NetworkPolicy(Architecture(**{"inputs": ("time",), "hidden": (), **fields}), parameters).act(
             np.zeros((2, len(shared.layout.names)), np.float32), shared
         )
@@ -98,7 +97,7 @@ def test_networks_that_cannot_act_are_refused(fields: dict[str, Any], parameters
 )
 def test_other_layers_are_refused(layers: list[nn.Module]) -> None:
     with pytest.raises(
-        InputError,
+        fe.InputError,
         match="layers: expected Linear and Tanh, or Linear and ReLU, in turn, Linear first and last",
     ):
         torch_network(layers, ("time",))

@@ -16,7 +16,6 @@ from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNorma
 
 import flockesc_env as fe
 from flockesc_env import policies
-from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.sb3 import vec_env
 
@@ -198,7 +197,7 @@ def test_a_rollout_decides_options_and_scenario_once(monkeypatch: pytest.MonkeyP
     ],
 )
 def test_bind_refuses_wrappers_that_change_observations_or_actions(wrap: Any, field: str) -> None:
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fe.InputError) as caught:
         policies.bind(policies.FixedRange(12.0), wrap(fe.FlockEscapeEnv(SCENARIO)))
     assert caught.value.field == field
 

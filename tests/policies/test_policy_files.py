@@ -12,7 +12,6 @@ from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env import policies
-from flockesc_env.common.errors import InputError
 from flockesc_env.policies.network import Architecture, NetworkPolicy
 from flockesc_env.policies.registry import TRAINED, find_policy, trained
 from flockesc_env.taskset import read_result
@@ -109,7 +108,7 @@ def test_a_loaded_policy_refuses_environments_with_other_options(
     if name == "per_agent":
         calls.append(lambda: fe.rollout(SCENARIO, loaded, [0], **view))
     for call in calls:
-        with pytest.raises(InputError) as caught:
+        with pytest.raises(fe.InputError) as caught:
             call()
         assert caught.value.field == name
         assert per_agent is ("from the policy" in caught.value.expected)
@@ -138,12 +137,12 @@ def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
         fe.rollout,
         lambda scenario, policy, seed, **given: fe.simulate(scenario, policy=policy, **given),
     ):
-        with pytest.raises(InputError, match=message):
+        with pytest.raises(fe.InputError, match=message):
             play(other, loaded, 3, steps_per_action=3)
     same = fe.rollout(other, loaded, 3, steps_per_action=2, reward="distance")
     np.testing.assert_equal(same.min_mean_distance, expected.min_mean_distance)
     assert fe.rollout(other, slower, 3).min_mean_distance.tolist() != expected.min_mean_distance.tolist()
-    with pytest.raises(InputError, match="steps_per_action"):
+    with pytest.raises(fe.InputError, match="steps_per_action"):
         slower.bind(env)
     slower.bind(fe.parallel_env(other, **slower.options))
     assert loaded.options["steps_per_action"] == 2
@@ -157,7 +156,7 @@ def test_a_loaded_policy_plays_with_its_own_options(tmp_path: Path) -> None:
     ],
 )
 def test_policies_that_cannot_be_saved_are_refused(policy: policies.BasePolicy, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="policy: expected a NetworkPolicy, FixedRange, "):
+    with pytest.raises(fe.InputError, match="policy: expected a NetworkPolicy, FixedRange, "):
         fe.save_policy(policy, tmp_path / "policy.npz")
     assert not list(tmp_path.iterdir())
 
@@ -185,7 +184,7 @@ def test_a_policy_that_cannot_act_is_refused(
         network |= {"hidden": []}
         numbers = np.zeros(Architecture(**{name: tuple(names) for name, names in network.items()}).size)
     np.savez(path, header=np.array(json.dumps({**document, **changes})), parameters=numbers)
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fe.InputError) as caught:
         fe.load_policy(path)
     assert message in str(caught.value)
 
@@ -199,7 +198,7 @@ def test_another_file_is_named(tmp_path: Path) -> None:
         (fe.load_policy, "arrays", "expected a policy, got the arrays first, second"),
         (fe.load_run, "policy", r"expected a recorded run \(npz\), got a policy"),
     ):
-        with pytest.raises(InputError, match=f"{name}.npz: {message}$"):
+        with pytest.raises(fe.InputError, match=f"{name}.npz: {message}$"):
             call(tmp_path / f"{name}.npz")
 
 
@@ -210,7 +209,7 @@ def test_policies_are_found_by_name_or_file(tmp_path: Path) -> None:
     for name in policies.NAMES:
         assert fe.load_policy(name.replace("RHO", "3.5")).name == name.replace("RHO", "3.5")
     for spec, near in (("lost.npz", ""), ("fixed:far", ""), ("per-agent-visble/serch", "visible/search")):
-        with pytest.raises(InputError, match=r"which: expected fixed:RHO\b.* got '") as caught:
+        with pytest.raises(fe.InputError, match=r"which: expected fixed:RHO\b.* got '") as caught:
             find_policy(spec, "which")
         assert caught.value.given.startswith(repr(spec))
         assert near in caught.value.given

@@ -13,7 +13,6 @@ from stable_baselines3.common.vec_env import VecNormalize
 from torch.nn import Tanh
 
 import flockesc_env as fe
-from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import run_differences
 from flockesc_env.policies import FixedRange, Pursue, StubbornLeaders, bind
@@ -102,7 +101,7 @@ def test_a_trained_predator_becomes_a_file(algorithm: Any, dimension: int, tmp_p
         np.testing.assert_allclose(other, flown, rtol=1e-5)
         np.testing.assert_array_equal(other, others[0])
     for call in (lambda: fe.rollout(scenario, loaded, 1), lambda: fe.rollout(scenario, file, 1)):
-        with pytest.raises(InputError, match="policy: expected a policy that sets ranges"):
+        with pytest.raises(fe.InputError, match="policy: expected a policy that sets ranges"):
             call()
 
 
@@ -111,7 +110,7 @@ def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
     environment = fe.FlockEscapeEnv(hunted().with_learned_predators(), predator_policy=bad)
     environment.reset(seed=0)
     before = state(environment.flock)
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fe.InputError) as caught:
         environment.step(np.zeros(1, np.float32))
     assert caught.value.field == "actions of the predator policy[0]"
     np.testing.assert_equal(state(environment.flock), before)

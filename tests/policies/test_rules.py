@@ -7,7 +7,6 @@ import pytest
 from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
-from flockesc_env.common.errors import InputError
 from flockesc_env.models import Trajectory
 from flockesc_env.policies import StubbornWitnesses, WinStayLoseShift, bind
 from flockesc_env.scenario import ConstantVelocity
@@ -67,10 +66,10 @@ def test_a_memory_refuses_rows_added_within_an_episode() -> None:
     observations, _ = env.reset(seed=0)
     policy, rows = StubbornWitnesses(), np.stack(list(observations.values()))
     policy.act(rows, env.policy_spec)
-    with pytest.raises(InputError, match="observations: expected 4 rows as before, got 3"):
+    with pytest.raises(fe.InputError, match="observations: expected 4 rows as before, got 3"):
         policy.act(rows[:3], env.policy_spec)
     del observations["agent_3"]
-    with pytest.raises(InputError, match="observations: expected one of 'agent_3', got none"):
+    with pytest.raises(fe.InputError, match="observations: expected one of 'agent_3', got none"):
         bind(policy, env)(observations)
 
 

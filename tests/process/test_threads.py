@@ -14,7 +14,6 @@ from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.policies import FixedRange
 
 THREADS = 8
 CYCLE = [0.36, 0.68] * 50
@@ -67,7 +66,7 @@ def test_eight_threads_share_one_pool() -> None:
         if index % 4 == 1:
             return fe.sweep(small, [1.0, 9.0], range(index, index + 30), num_threads=2).min_mean_distance
         if index % 4 == 2:
-            return fe.rollout(small, FixedRange(9.0), range(index, 40), num_threads=2).mean_return
+            return fe.rollout(small, fe.FixedRange(9.0), range(index, 40), num_threads=2).mean_return
         return played(fe.FlockEscapeEnv(large, num_threads=2, steps_per_action=1), index)
 
     assert_serial(work)

@@ -23,7 +23,6 @@ from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env import scenario as sc
-from flockesc_env.common.errors import InputError
 from studies.paper.plan import aimed
 
 BOUNDS = Bounds()
@@ -98,7 +97,7 @@ def test_flock_environments_take_names(interface: str) -> None:
         assert FLOCKS[interface](name).unwrapped.scenario == sc.preset(name or "paper-flock")
     lines = () if "slots" in interface else ("paper-line", fe.LineScenario())  # vec_env also makes lines
     for wrong in ("escape", *lines, 5):
-        with pytest.raises(InputError) as caught:
+        with pytest.raises(fe.InputError) as caught:
             FLOCKS[interface](wrong)
         assert caught.value.field == "scenario"
         assert "paper-flock, " in str(caught.value)
@@ -225,7 +224,7 @@ CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
 
 @pytest.mark.parametrize(("changes", "field"), CONTRADICTIONS)
 def test_contradictions(changes: dict[str, Any], field: str) -> None:
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fe.InputError) as caught:
         fe.FlockScenario(**{"num_agents": 5, **changes})
     assert caught.value.field == field
 
@@ -246,7 +245,7 @@ def test_contradictions(changes: dict[str, Any], field: str) -> None:
     ],
 )
 def test_documents(document: Any, field: str) -> None:
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fe.InputError) as caught:
         fe.FlockScenario.from_json(json.dumps(document))
     assert caught.value.field == field
 
@@ -266,7 +265,7 @@ def test_documents(document: Any, field: str) -> None:
     ],
 )
 def test_errors_name_type_and_value(changes: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match=re.escape(message)):
+    with pytest.raises(fe.InputError, match=re.escape(message)):
         fe.FlockScenario(**changes)
 
 
@@ -283,7 +282,7 @@ def test_hostile_texts_have_short_errors(model: Any, language: str) -> None:
     """Deep, huge, repeated and foreign values."""
     read = model.from_json if language == "json" else model.from_toml
     for text in HOSTILE[language]:
-        with pytest.raises(InputError) as caught:
+        with pytest.raises(fe.InputError) as caught:
             read(text)
         assert len(str(caught.value)) < 1000
 

@@ -11,7 +11,6 @@ import pytest
 
 import flockesc_env as fe
 from flockesc_env.models import Trajectory
-from flockesc_env.policies import StubbornLeaders
 from flockesc_env.scenario import ConstantVelocity, PurePursuit
 from flockesc_env.watch.live import has_engine
 
@@ -23,7 +22,7 @@ TWO = (ConstantVelocity(), PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
 RUNS = {
     "one range": lambda: fe.simulate(FLOCK, 10.0, seed=3),
     "schedule": lambda: fe.simulate(FLOCK, policy=fe.ScheduledRange(np.linspace(0, 30, 9)), seed=2**64 - 1),
-    "range per agent": lambda: fe.simulate(FLOCK, policy=StubbornLeaders(), seed=5, per_agent=True),
+    "range per agent": lambda: fe.simulate(FLOCK, policy=fe.StubbornLeaders(), seed=5, per_agent=True),
     "in space, two predators": lambda: fe.simulate(FLOCK.replace(dimension=3, predators=TWO), 20.0, seed=1),
     "no predator": lambda: fe.simulate(FLOCK.replace(predators=()), 20.0, seed=1),
     "given start": lambda: fe.simulate(

@@ -22,7 +22,6 @@ from same import plain, same, spoil
 
 import flockesc_env as fe
 from flockesc_env import flockesc_v1, models, policies, sb3, scenario, watch
-from flockesc_env.common.errors import FlockescError
 from flockesc_env.envs import vector
 from flockesc_env.policies import RandomRange, bind
 from flockesc_env.render import draw, video
@@ -257,7 +256,7 @@ def called(row: Row, subject: Any, **changes: Any) -> Any:
 def complaint(row: Row, subject: Any, name: str, value: Any) -> str | None:
     try:
         called(row, subject, **{name: value})
-    except FlockescError as error:
+    except fe.FlockescError as error:
         is_named = any(known in error.field for known in (name, *table.ALIASES.get(name, ())))
         is_told = str(error) == f"{error.field}: expected {error.expected}, got {error.given}"
         return None if is_named and is_told and len(str(error)) < 1500 else f"{error!r:.200}"

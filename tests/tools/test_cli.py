@@ -17,16 +17,14 @@ from cli_runs import SMALL, SMALL_FLAGS, Cli, plain, policy_file, run_process, s
 from PIL import Image
 
 import flockesc_env as fe
-from flockesc_env import __version__
 from flockesc_env.cli import COMMANDS
 from flockesc_env.cli.output import MEANINGS, Exit
 from flockesc_env.models.records import load_run, run_differences, save_run
 from flockesc_env.scenario import AlignedHeadings, Herd, Intercept, PurePursuit, Ring, Vicsek
-from flockesc_env.taskset import tasks
 
 
 def test_a_simulation_without_a_range_takes_the_best_fixed_one(cli: Cli) -> None:
-    (scale,) = tasks["per-agent-visible"].scales.values()
+    (scale,) = fe.tasks["per-agent-visible"].scales.values()
     document = cli("simulate", "--seed", 7, *SMALL_FLAGS, "--json").json()
     assert document["policy"] == f"fixed:{scale.best_fixed_range:g}"
     assert document["min_mean_distance"] == fe.simulate(SMALL, 12.0, seed=7).mean_distance.min()
@@ -324,4 +322,4 @@ def test_commands_start_in_a_deleted_folder(tmp_path: Path) -> None:
     program = str(Path(sys.executable).with_name("flockesc"))
     command = ["sh", "-c", 'cd "$1" && rmdir "$1" && exec "$2" --version', "sh", str(tmp_path), program]
     ran = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
-    assert (ran.returncode, ran.stdout) == (Exit.DONE, f"flockesc {__version__}\n"), ran.stderr
+    assert (ran.returncode, ran.stdout) == (Exit.DONE, f"flockesc {fe.__version__}\n"), ran.stderr

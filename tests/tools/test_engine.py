@@ -19,7 +19,6 @@ from watch_documents import needs_engine
 import flockesc_env as fe
 from flockesc_env.common.array_files import read_document
 from flockesc_env.common.checks import FloatArray
-from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.starts import as_start
 from flockesc_env.models.graph import neighbor_pairs
@@ -236,7 +235,7 @@ def test_files_that_python_refuses_are_refused_by_name(tmp_path: Path) -> None:
     for header, message, (name, text) in zip(headers, messages[1:], rows, strict=True):
         assert message, header
         np.savez(tmp_path / "bad.npz", header=np.array(json.dumps(header)), parameters=np.ones(2))
-        with pytest.raises(InputError) as caught:
+        with pytest.raises(fe.InputError) as caught:
             fe.load_policy(tmp_path / "bad.npz")
         for found in (message, str(caught.value)):
             assert text in found
