@@ -239,10 +239,6 @@ def of_environment(env: Any) -> Any:
             "vec_normalize.clip_obs: expected numpy.inf, .* got 1.0",
         ),
         (
-            lambda: model_of(SAC, activation_fn=torch.nn.ELU),
-            r"layers: .*torch.nn.Tanh.* got Linear, ELU, Linear",
-        ),
-        (
             lambda: model_of(PPO, DummyVecEnv([lambda: NormalizeObservation(fe.FlockEscapeEnv(SCENARIO))])),
             r"model.observation_space: .* got \(18,\) with other bounds",
         ),

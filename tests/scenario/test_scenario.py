@@ -97,10 +97,8 @@ def test_flock_environments_take_names(interface: str) -> None:
         assert FLOCKS[interface](name).unwrapped.scenario == sc.preset(name or "paper-flock")
     lines = () if "slots" in interface else ("paper-line", fe.LineScenario())  # vec_env also makes lines
     for wrong in ("escape", *lines, 5):
-        with pytest.raises(fe.InputError) as caught:
+        with pytest.raises(fe.InputError, match=r"^scenario: .*paper-flock, "):
             FLOCKS[interface](wrong)
-        assert caught.value.field == "scenario"
-        assert "paper-flock, " in str(caught.value)
 
 
 @pytest.mark.parametrize("name", fe.PRESETS)
@@ -188,7 +186,6 @@ CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
         for positions in (sc.Square(), sc.Clusters(), sc.Disc(15.0), sc.Ring(14.0, 2.0))
     ),
     ({"predators": (sc.PurePursuit(target="assigned"),) * 65}, "predators"),
-    ({"predators": (sc.ConstantVelocity(),) * 10_001}, "predators"),
     ({"randomization": (sc.Uniform("mass", 0.1, 1.0),) * 10_001}, "randomization"),
     ({"randomization": (sc.RandomApproach(2),)}, "randomization[0].random_approach.predator"),
     *(
@@ -224,9 +221,8 @@ CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
 
 @pytest.mark.parametrize(("changes", "field"), CONTRADICTIONS)
 def test_contradictions(changes: dict[str, Any], field: str) -> None:
-    with pytest.raises(fe.InputError) as caught:
+    with pytest.raises(fe.InputError, check=lambda error: error.field == field):
         fe.FlockScenario(**{"num_agents": 5, **changes})
-    assert caught.value.field == field
 
 
 @pytest.mark.parametrize(
@@ -245,9 +241,8 @@ def test_contradictions(changes: dict[str, Any], field: str) -> None:
     ],
 )
 def test_documents(document: Any, field: str) -> None:
-    with pytest.raises(fe.InputError) as caught:
+    with pytest.raises(fe.InputError, check=lambda error: error.field == field):
         fe.FlockScenario.from_json(json.dumps(document))
-    assert caught.value.field == field
 
 
 @pytest.mark.parametrize(

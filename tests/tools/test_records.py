@@ -82,9 +82,8 @@ def test_a_file_of_another_format_is_named(changes: dict[str, Any], field: str, 
     path = tmp_path / "run.npz"
     save_run(fe.simulate(FLOCK, 10.0, seed=3), path)
     rewrite(path, **changes)
-    with pytest.raises(fe.InputError) as caught:
+    with pytest.raises(fe.InputError, check=lambda error: error.field == field):
         load_run(path)
-    assert caught.value.field == field
 
 
 @pytest.mark.parametrize(
@@ -108,6 +107,5 @@ def test_impossible_numbers_are_named(name: str, column: str, bad: float, tmp_pa
     values = np.array(getattr(run, column))
     values.flat[-1] = bad
     save_run(dataclasses.replace(run, **{column: values}), path)
-    with pytest.raises(fe.InputError) as caught:
+    with pytest.raises(fe.InputError, check=lambda error: error.field.partition("[")[0] == column):
         load_run(path)
-    assert caught.value.field.partition("[")[0] == column
