@@ -251,30 +251,19 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: jobs.find_backend("ray2"), "backend"),
     (lambda: jobs.Job("m:f", ({1, 2},), engine="").key, "arguments"),
     (lambda: Replay([("run", fe.simulate(table.FLOCK, 1.0, seed=0))], height=0), "height"),
+    (lambda: fe.parallel_env(reward="teem"), "did you mean team"),
+    (lambda: fe.parallel_env(objective="mean_distance"), "did you mean min_mean_distance"),
+    (lambda: fe.parallel_env(predator_sensing_range=None), "math.inf: agents see the predator at any"),
+    (lambda: fe.rollout("paper-flock", seeds=2), "rollout('paper-flock', 'stubborn-leaders', seeds=2)"),
+    (lambda: fe.rollout(table.FLOCK, 12.0, [0]), "such as FixedRange(12.0) or 'fixed:12.0', got"),
+    (lambda: fe.simulate(table.FLOCK, "fixed:12"), "policy=.. takes a policy"),
 ]
+"""Calls and the field that the error names, or words of the error."""
 
 
-@pytest.mark.parametrize(("call", "field"), CONTRADICTIONS)
-def test_contradictions(call: Callable[[], Any], field: str) -> None:
-    """Arguments that are good by themselves."""
-    with pytest.raises(fe.FlockescError, check=lambda error: error.field == field):
+@pytest.mark.parametrize(("call", "told"), CONTRADICTIONS)
+def test_contradictions(call: Callable[[], Any], told: str) -> None:
+    """Arguments that are good by themselves, and errors that say what to type."""
+    with pytest.raises(fe.FlockescError) as caught:
         call()
-
-
-@pytest.mark.parametrize(
-    ("call", "told"),
-    [
-        (lambda: fe.parallel_env(reward="teem"), "did you mean team"),
-        (lambda: fe.parallel_env(objective="mean_distance"), "did you mean min_mean_distance"),
-        (lambda: fe.parallel_env(predator_sensing_range=None), "math.inf: agents see the predator at any"),
-        (
-            lambda: fe.rollout("paper-flock", seeds=2),
-            r"rollout\('paper-flock', 'stubborn-leaders', seeds=2\)",
-        ),
-        (lambda: fe.rollout(table.FLOCK, 12.0, [0]), "'fixed:12.0'"),
-        (lambda: fe.simulate(table.FLOCK, "fixed:12"), "policy=.. takes a policy"),
-    ],
-)
-def test_an_error_says_what_to_type(call: Callable[[], Any], told: str) -> None:
-    with pytest.raises(fe.FlockescError, match=told):
-        call()
+    assert told in str(caught.value) if " " in told else told == caught.value.field

@@ -6,23 +6,10 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+import browser
 import numpy as np
 import pytest
-from browser import (
-    BEST,
-    COLORED,
-    OBJECTIVES,
-    ROOT,
-    SEED,
-    STATE,
-    OpenAt,
-    lowest,
-    open_page,
-    scenario,
-    set_range,
-    text,
-    wait,
-)
+from browser import BEST, OBJECTIVES, SEED, STATE, OpenAt, lowest, open_page, scenario, set_range, text, wait
 from cli_runs import SMALL, Cli, npz, policy_file
 from playwright.sync_api import Page
 from watch_documents import needs_engine
@@ -62,7 +49,7 @@ def test_files_that_no_page_can_play_are_named(tab: Page, open_at: OpenAt, tmp_p
     with np.load(BEST) as file:
         arrays = dict(file)
     numbers = arrays["parameters"]
-    rule = ROOT / "scoreboard/searched-rule/policies/per-agent-local-0.npz"
+    rule = browser.ROOT / "scoreboard/searched-rule/policies/per-agent-local-0.npz"
     flipped = bytearray(npz(**arrays))
     flipped[flipped.index(numbers.tobytes()[-64:])] ^= 1
     files = {
@@ -140,7 +127,7 @@ def test_the_code_plays_the_same_flock_in_python(
     tab.click("#python summary")
     wait(tab, "document.getElementById('code').textContent.includes('#')")
     code, printed = text(tab, "#code").split("  # ")
-    monkeypatch.chdir(ROOT)
+    monkeypatch.chdir(browser.ROOT)
     names: dict[str, Any] = {"print": lambda value: names.update(value=value)}
     exec(code, names)  # noqa: S102, the code that the page offers
     assert names["value"] == float(printed)
@@ -170,7 +157,7 @@ def test_without_the_engine_a_page_replays(tab: Page, tmp_path: Path) -> None:
     titles = "[...document.querySelectorAll('.panel h2')].map((title) => title.textContent)"
     assert tab.evaluate(titles) == TITLES
     assert tab.evaluate("document.title") == " / ".join(TITLES)
-    assert min(tab.evaluate(COLORED)) > 50
+    assert min(tab.evaluate(browser.COLORED)) > 50
     live = "[...document.querySelectorAll('.live')].some((part) => part.checkVisibility())"
     assert tab.evaluate(live) is False
     assert text(tab, "#facts").endswith(f"seed 3 \u00b7 flockesc-env {version('flockesc-env')}")

@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 from cli_runs import Ran
-from gymnasium.spaces import Box
 from option_table import doomed, small_flock
 from sb3_contrib import RecurrentPPO
 from stable_baselines3 import A2C, PPO
-from stable_baselines3.common.vec_env import VecEnvWrapper, VecFrameStack, VecMonitor, VecNormalize
+from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNormalize
 from torch.nn import Tanh
 
 import flockesc_env as fe
@@ -138,31 +137,9 @@ def test_without_wrappers_outcomes_are_those_of_a_rollout(algorithm: Any, policy
             wrapped.step(np.zeros((10, 1), np.float32))
 
 
-class WithTwo(VecEnvWrapper):
-    """Shows the first two entries of each agent again; docs/your-own-parts.md has one with a memory."""
-
-    def __init__(self, venv: Any) -> None:
-        low, high = (
-            [*bound, *bound[:2]] for bound in (venv.observation_space.low, venv.observation_space.high)
-        )
-        super().__init__(venv, Box(np.array(low), np.array(high)))
-
-    def reset(self) -> Any:
-        return self._with_two(self.venv.reset())
-
-    def step_wait(self) -> Any:
-        observations, rewards, dones, infos = self.venv.step_wait()
-        for slot in np.flatnonzero(dones):
-            (last,) = self._with_two(infos[slot]["terminal_observation"][np.newaxis])
-            infos[slot]["terminal_observation"] = last
-        return self._with_two(observations), rewards, dones, infos
-
-    def _with_two(self, rows: Any) -> Any:
-        return np.hstack([rows, rows[:, :2]])
-
-
 def wrapped() -> Any:
-    return VecFrameStack(VecNormalize(WithTwo(vec_env(small_flock(), 2, per_agent=True))), 2)
+    """Return an environment with own observations; docs/your-own-parts.md has a wrapper of a user."""
+    return VecFrameStack(VecNormalize(vec_env(small_flock(), 2, per_agent=True)), 2)
 
 
 def test_an_own_observation_is_trained_judged_and_compared() -> None:

@@ -7,6 +7,7 @@ import re
 import tracemalloc
 import zipfile
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,9 @@ from cli_runs import Cli, npz, policy_file
 from option_table import small_flock
 
 import flockesc_env
-from flockesc_env import FlockScenario, LineScenario, load_policy, save_policy
+from flockesc_env import FlockScenario, LineScenario, load_policy, load_run, save_policy, save_run
 from flockesc_env.cli.output import Exit
 from flockesc_env.common.errors import InputError
-from flockesc_env.models import records
 from flockesc_env.policies import Architecture, PredatorNetwork
 
 MUTATIONS = 100
@@ -31,12 +31,7 @@ MEMORY = 2**24
 SCENARIO = small_flock()
 
 
-def write_run(path: Path) -> None:
-    records.save_run(flockesc_env.simulate(SCENARIO, 5.0, seed=1), path)
-
-
-def write_line(path: Path) -> None:
-    records.save_run(flockesc_env.simulate_line(LineScenario(num_agents=5), 0.1, seed=1), path)
+LINE = LineScenario(num_agents=5)
 
 
 def write_predator(path: Path) -> None:
@@ -52,8 +47,8 @@ def read_scenario(path: Path) -> FlockScenario:
 FILES: dict[str, tuple[Callable[[Path], None], Callable[[Path], Any]]] = {
     "policy.npz": (lambda path: policy_file(path, SCENARIO) and None, load_policy),
     "predator.npz": (write_predator, load_policy),
-    "run.npz": (write_run, records.load_run),
-    "line.npz": (write_line, records.load_run),
+    "run.npz": (partial(save_run, flockesc_env.simulate(SCENARIO, 5.0, seed=1)), load_run),
+    "line.npz": (partial(save_run, flockesc_env.simulate_line(LINE, 0.1, seed=1)), load_run),
     "scenario.toml": (lambda path: path.write_text(SCENARIO.to_toml()) and None, read_scenario),
     "scenario.json": (lambda path: path.write_text(SCENARIO.to_json()) and None, read_scenario),
 }

@@ -14,13 +14,6 @@ from flockesc_env.models.records import save_run, versions
 from flockesc_env.watch import write_page
 
 BOARD = Path(__file__).parents[2] / "scoreboard" / "search"
-HAS_ENGINE = ["flockesc_env.cli.runs.has_engine", "flockesc_env.watch.page.has_engine"]
-
-
-@pytest.fixture
-def without_engine(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in HAS_ENGINE:
-        monkeypatch.setattr(name, lambda: False)
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -85,8 +78,11 @@ def test_policies_that_cannot_play_are_refused(suffix: str, cli: Cli, tmp_path: 
         assert message in ran.err
 
 
-@pytest.mark.usefixtures("without_engine")
-def test_without_the_engine_a_page_of_policies_is_recorded(cli: Cli, tmp_path: Path) -> None:
+def test_without_the_engine_a_page_of_policies_is_recorded(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in ("cli.runs", "watch.page"):
+        monkeypatch.setattr(f"flockesc_env.{module}.has_engine", lambda: False)
     page, specs = tmp_path / "page.html", ["fixed:10", str(policy_file(tmp_path / "mine.npz"))]
     ran = cli("watch", *specs, *SMALL_FLAGS, "--output", page)
     assert ran.code == Exit.DONE
