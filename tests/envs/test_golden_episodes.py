@@ -13,7 +13,7 @@ import pytest
 from golden_episodes import GOLDEN as FILE
 from golden_episodes import SEED, cases, hashed, hashes, updated
 from masked_cpu import each_level, run_masked
-from option_table import DIMENSIONS, EVERY_STEP, small_flock
+from option_table import EVERY_STEP, dimensions, small_flock
 from same import plain, same
 
 import flockesc_env as fe
@@ -101,7 +101,6 @@ def test_resets_without_a_seed_never_repeat(method: str) -> None:
 
 SEEDS = range(13)
 THREADS = [None, 1, 2, 3, 7]
-dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
 @dimensions

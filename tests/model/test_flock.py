@@ -6,24 +6,17 @@ from typing import Any
 
 import numpy as np
 import pytest
+from argument_table import MOTIONS
 from option_table import DIMENSIONS, UNLIKE, every_pair, hunted, small_flock
 from predator_reference import PACKS
 
 import flockesc_env as fe
-from flockesc_env import scenario as sc
 from flockesc_env.models import Flock, Trajectory, neighbor_pairs, rotation
 from flockesc_env.watch import write_page
 
 STATES = ("positions", "velocities", "predator_positions")
-LAWS: dict[str, Any] = {
-    "inertial": {},
-    "literal": {"constant_speed": False},
-    "vicsek": {"motion": sc.Vicsek()},
-    "reynolds": {"motion": sc.Reynolds()},
-    "preferred distance": {"motion": sc.PreferredDistance()},
-    "zones": {"motion": sc.Zones(), "sensing_noise": 0.0},
-    "first order": {"motion": sc.FirstOrder(repulsion=1.0, attraction=0.1)},
-}
+LAWS: dict[str, Any] = {motion.kind: {"motion": motion} for motion in MOTIONS}
+LAWS |= {"literal": {"constant_speed": False}, "zones": {**LAWS["zones"], "sensing_noise": 0.0}}
 
 
 def flock_of(pack: str, law: str, dimension: int, **changes: Any) -> fe.FlockScenario:
@@ -39,10 +32,6 @@ def assert_at(flock: Flock, run: Trajectory, step: int) -> None:
         np.testing.assert_array_equal(getattr(flock, name), getattr(run, name)[step], name)
     np.testing.assert_array_equal(flock.caught, run.is_caught[step])
     assert flock.time == run.times[step]
-
-
-def test_every_law_is_continued() -> None:
-    assert {flock_of("", law, 2).motion.kind for law in LAWS} == set(fe._core.kinds()["motions"])
 
 
 @every_pair(pack=("", *PACKS), law=LAWS, dimension=DIMENSIONS)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from option_table import DIMENSIONS, small_flock
+from option_table import dimensions, small_flock
 from scipy import stats
 
 from flockesc_env import FlockScenario, simulate
@@ -12,7 +12,6 @@ from flockesc_env.models import run_differences
 from flockesc_env.scenario import Vicsek, preset
 
 EVERYWHERE = 1e9  # m; every agent hears every other one
-dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 ALONE: dict[str, Any] = {"num_agents": 4000, "num_steps": 1, "predators": ()}
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 import pytest
-from option_table import DIMENSIONS, small_flock
+from option_table import dimensions, small_flock
 from scipy.signal import lfilter
 from scipy.stats import ttest_1samp
 
@@ -15,8 +15,6 @@ import flockesc_env as fe
 from flockesc_env import models
 from flockesc_env.models import order
 from flockesc_env.scenario import Learned, Reynolds, preset
-
-dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
 def run_of(positions: Any, velocities: Any, **fields: Any) -> models.Trajectory:

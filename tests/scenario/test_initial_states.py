@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from option_table import dimensions
 from scipy.stats import kstest, norm
 
 import flockesc_env as fe
@@ -18,7 +19,6 @@ Floats = NDArray[np.float64]
 NUM_AGENTS = 2000
 SIDE = 80.0
 SPEED = 10.0
-dimensions = pytest.mark.parametrize("dimension", [2, 3])
 
 
 def start(dimension: int, **parts: Any) -> tuple[Floats, Floats]:

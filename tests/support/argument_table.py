@@ -360,3 +360,4 @@ PARTS = [
     for kind, slot in SLOT_OF.items()
 ]
 """Slot and part, one entry per kind of part."""
+MOTIONS = [part for slot, part in (case.values for case in PARTS) if slot == "motion"]

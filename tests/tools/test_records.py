@@ -60,11 +60,8 @@ def test_saved_runs_load_and_replay(name: str, tmp_path: Path) -> None:
 
 
 def rewrite(path: Path, **changes: Any) -> None:
-    with np.load(path) as file:
-        columns = {name: file[name] for name in file.files}
-    columns |= changes
-    with path.open("wb") as target:
-        np.savez(target, **{name: value for name, value in columns.items() if value is not None})
+    columns = {**np.load(path), **changes}
+    np.savez(path, **{name: value for name, value in columns.items() if value is not None})
 
 
 @pytest.mark.parametrize(
