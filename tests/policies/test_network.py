@@ -12,8 +12,7 @@ from torch import nn
 
 import flockesc_env as fe
 from flockesc_env.episodes.spaces import PolicySpec
-from flockesc_env.policies import torch_network
-from flockesc_env.policies.network import Architecture, NetworkPolicy
+from flockesc_env.policies import Architecture, torch_network
 
 EPS = float(np.finfo(np.float32).eps)
 """The core computes in float64; actions, at most 1 in magnitude, are rounded to float32."""
@@ -31,7 +30,7 @@ def test_the_highest_score_sets_the_range() -> None:
     rows = rng.integers(-2, 3, (40, len(names))).astype(np.float32)
     weights = rng.integers(-2, 3, (2, 3))
     scores = rows[:, [names.index(name) for name in ("time", "speed")]] @ weights
-    policy = NetworkPolicy(
+    policy = fe.NetworkPolicy(
         Architecture(("time", "speed"), (), ranges=(3.0, 1.0, 7.0)), [*weights.ravel(), 0, 0, 0]
     )
     ranges = spec.actions.to_ranges(policy.act(rows, spec), 40)
@@ -39,7 +38,7 @@ def test_the_highest_score_sets_the_range() -> None:
     candidates = ("neighbor_count", "range")
     heard = rows[:, [names.index(f"profile_{k}_neighbor_count") for k in range(3)]]
     scores = rows[:, [names.index("time")]] + heard - 4 * np.array([0, 0.25, 1])
-    policy = NetworkPolicy(Architecture(("time",), (), candidate_inputs=candidates), [1, 1, -4, 0])
+    policy = fe.NetworkPolicy(Architecture(("time",), (), candidate_inputs=candidates), [1, 1, -4, 0])
     ranges = spec.actions.to_ranges(policy.act(rows, spec), 40)
     np.testing.assert_array_equal(ranges, np.array([0.0, 5.0, 20.0])[scores.argmax(axis=1)])
 
@@ -47,7 +46,7 @@ def test_the_highest_score_sets_the_range() -> None:
 def test_memory_starts_at_zero_and_is_kept() -> None:
     """The action is the memory, and the memory is the time: each action is the tanh of the previous time."""
     spec = policy_spec()
-    policy = NetworkPolicy(Architecture(("time",), (), memory=1), [0, 1, 1, 0, 0, 0])
+    policy = fe.NetworkPolicy(Architecture(("time",), (), memory=1), [0, 1, 1, 0, 0, 0])
 
     def actions(*times: float) -> list[float]:
         rows = np.zeros((len(times), len(spec.layout.names)), np.float32)
@@ -80,7 +79,7 @@ def test_memory_starts_at_zero_and_is_kept() -> None:
 def test_networks_that_cannot_act_are_refused(fields: dict[str, Any], parameters: Any, message: str) -> None:
     shared = fe.FlockEscapeEnv(SCENARIO).policy_spec
     with pytest.raises(fe.InputError, match=message):
-        NetworkPolicy(Architecture(**{"inputs": ("time",), "hidden": (), **fields}), parameters).act(
+        fe.NetworkPolicy(Architecture(**{"inputs": ("time",), "hidden": (), **fields}), parameters).act(
             np.zeros((2, len(shared.layout.names)), np.float32), shared
         )
 

@@ -11,8 +11,7 @@ import pytest
 from network_outcomes import SEEDS, cases, hashes, policy_of
 
 import flockesc_env as fe
-from flockesc_env.policies import FixedRange, Policy, bind
-from flockesc_env.policies.network import Architecture, NetworkPolicy
+from flockesc_env.policies import Architecture, FixedRange, Policy, bind
 
 GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "network_outcomes.json").read_text())
 
@@ -78,7 +77,7 @@ LINES = [5, 0, 2**64 - 1, 7, 7, 3]
 
 def by_time_and_offsets() -> Policy:
     architecture = Architecture(("time", "escape_distance", "offset_0", "offset_11"), (5,), memory=1)
-    return NetworkPolicy(architecture, np.random.default_rng(2).normal(0, 2, architecture.size))
+    return fe.NetworkPolicy(architecture, np.random.default_rng(2).normal(0, 2, architecture.size))
 
 
 def one_by_one(policy: Policy, scenario: fe.LineScenario, **options: Any) -> dict[str, list[Any]]:

@@ -17,8 +17,7 @@ from objective_values import LATER
 from option_table import EVERY_STEP, small_flock
 
 from flockesc_env import FlockScenario, LineScenario, NetworkPolicy, load_policy, rollout, simulate
-from flockesc_env.policies import Architecture, StubbornWitnesses
-from flockesc_env.policies.registry import NAMES
+from flockesc_env.policies import NAMES, Architecture, StubbornWitnesses
 
 SEEDS = range(6)
 SHARED = ("last_range", "polarization", "mean_distance", "heading_away", "spread")

@@ -17,9 +17,8 @@ from cli_runs import Cli, npz, policy_file
 from option_table import small_flock
 
 import flockesc_env
-from flockesc_env import FlockScenario, LineScenario, load_policy, load_run, save_policy, save_run
+from flockesc_env import FlockScenario, InputError, LineScenario, load_policy, load_run, save_policy, save_run
 from flockesc_env.cli.output import Exit
-from flockesc_env.common.errors import InputError
 from flockesc_env.policies import Architecture, PredatorNetwork
 
 MUTATIONS = 100
