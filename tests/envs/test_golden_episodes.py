@@ -130,10 +130,9 @@ def simulated(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
     names, rng = ("mass", "speed", "repulsion_strength", "alignment_strength"), np.random.default_rng(0)
     traits: dict[str, Any] = {name: rng.uniform(0.5, 2, 5000) * getattr(scenario, name) for name in names}
     noisy = scenario.replace(angular_noise=0.5, sensing_noise=0.5, sensing_delay=2, **traits)
-    scenarios = (scenario, noisy.replace(motion=Inertial()), noisy.replace(motion=Reynolds()))
     return [
         fe.simulate(each, rho, seed=2, num_threads=num_threads)
-        for each in scenarios
+        for each in (scenario, noisy.replace(motion=Inertial()), noisy.replace(motion=Reynolds()))
         for rho in (6.0, np.linspace(0.0, 20.0, 5000))
     ]
 

@@ -110,17 +110,9 @@ def test_a_refused_reset_leaves_no_trace(per_agent: bool) -> None:
         each.seed(8)
     with pytest.raises(fe.InputError, match="seed of the last flock"):
         env.seed(2**64 - 1)
-    bad = {
-        "initial_positions": {"initial_positions": np.zeros((4, 2))},
-        "predator_velocities[0, 0]": {"predator_velocities": np.full((1, 2), np.nan)},
-        "options['episode']": {"episode": -1},
-        "options['positions']": {"positions": 0},
-    }
-    half = env.num_envs // 2
-    for field, options in bad.items():
-        env.set_options([{}] * half + [options] * half)
-        with pytest.raises(fe.InputError, check=lambda error, field=field: error.field == field):
-            env.reset()
+    env.set_options([{}] * (env.num_envs // 2) + [{"episode": -1}] * (env.num_envs // 2))
+    with pytest.raises(fe.InputError, match=r"^options\['episode'\]: "):
+        env.reset()
     env.set_options()
     actions = draw(env, np.random.default_rng(0))
     np.testing.assert_equal(env.step(actions), twin.step(actions))

@@ -138,5 +138,4 @@ def test_chunks_take_about_ten_minutes_and_fit_an_array() -> None:
         [200.0, 1.0],
     ]
     assert [job for chunk in slurm.chunked(jobs) for job in chunk] == jobs
-    many = [Job("backends:square", (0,), 599.0)] * 5_000
-    assert len(slurm.chunked(many)) <= slurm.MAX_CHUNKS
+    assert len(slurm.chunked([Job("backends:square", (0,), 599.0)] * 5_000)) <= slurm.MAX_CHUNKS

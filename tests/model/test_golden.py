@@ -39,10 +39,7 @@ def test_line(case: Case) -> None:
     np.testing.assert_allclose(run.escape_distance[-1], expected, rtol=0, atol=1e-9)
 
 
-RUNS = [(flock, run) for flock in FLOCKS for run in flock["runs"]]
-
-
-@pytest.mark.parametrize(("flock", "run"), RUNS)
+@pytest.mark.parametrize(("flock", "run"), [(flock, run) for flock in FLOCKS for run in flock["runs"]])
 def test_flock(flock: Case, run: Case) -> None:
     dimension = flock["dimension"]
     predator = ConstantVelocity((-30.0, -30.0, 0.0)[:dimension], (10.0, 10.0, 0.0)[:dimension])

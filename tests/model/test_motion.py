@@ -53,8 +53,7 @@ def test_angular_noise(dimension: int, eta: float, motion: dict[str, Any]) -> No
 def test_sensing_noise_as_large_as_the_heard_velocity(dimension: int) -> None:
     """The sum of two unit vectors halves the angle between them, which is uniform over all directions."""
     scenario = FlockScenario(dimension=dimension, sensing_noise=1.0, motion=Vicsek(), **ALONE)
-    run = simulate(scenario, 0.0, seed=5)
-    turned = angles(*headings(run.velocities))
+    turned = angles(*headings(simulate(scenario, 0.0, seed=5).velocities))
     if dimension == 2:
         assert_distributed(turned, -np.pi / 2, np.pi / 2)
     else:
@@ -139,7 +138,6 @@ def test_order_parameter(eta: float) -> None:
 def test_mean_square_radius_of_a_ring_of_prey() -> None:
     """The virial of a steady ring around the predator: a <r^2> = b (n - 1) / (2 n) + s."""
     n = 40
-    scenario = preset("ring").replace(num_agents=n, num_steps=4_000)
-    run = simulate(scenario, EVERYWHERE, seed=3)
+    run = simulate(preset("ring").replace(num_agents=n, num_steps=4_000), EVERYWHERE, seed=3)
     squares = ((run.positions[-1] - run.predator_positions[-1, 0]) ** 2).sum(axis=1)
     assert squares.mean() == pytest.approx(900 * (n - 1) / (2 * n) + 180, rel=1e-4)

@@ -96,8 +96,7 @@ def test_a_given_start_flies_with_another_range(tab: Page, tmp_path: Path) -> No
     assert text(tab, ".note") == "recorded, given start"
     assert tab.get_attribute("#range", "aria-valuetext") == "each agent decides"
     set_range(tab, 25)
-    expected = lowest(fe.simulate(SMALL, 25.0, **arrays))
-    assert tab.evaluate(OBJECTIVES) == [expected]
+    assert tab.evaluate(OBJECTIVES) == [lowest(fe.simulate(SMALL, 25.0, **arrays))]
     tab.goto("about:blank")
     open_page(tab, f"{(tmp_path / 'page.html').as_uri()}#scenario=capture&policies=fixed:3&t=0")
     assert tab.evaluate(STATE) == ["capture", "0", None, False, ["fixed:3"]]

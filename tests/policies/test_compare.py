@@ -163,14 +163,17 @@ def test_an_own_observation_is_trained_judged_and_compared() -> None:
         models[0].learn(10, callback=FlockEvalCallback(5, eval_env=models[0].env))
 
 
-ALONE = VARIANT.replace(predators=())
 PLAIN = vec_env(small_flock(), 2, per_agent=True)
 MODEL = A2C("MlpPolicy", vec_env(small_flock(), per_agent=True), **SETTINGS)
 HUNTER = PredatorNetwork(Architecture(("speed",), ()), np.zeros(4))
 HUNTS: dict[str, Any] = {"side": "predator"}
 BAD: dict[str, tuple[tuple[Any, ...], dict[str, Any], str]] = {
     "no policies": (("paper-flock",), {}, "policies: expected at least one policy, got none"),
-    "no predator": ((ALONE, "random"), {"max_range": 8}, "scenario: expected predators"),
+    "no predator": (
+        (VARIANT.replace(predators=()), "random"),
+        {"max_range": 8},
+        "scenario: expected predators",
+    ),
     "objective": (("paper-line", "random"), {"objective": "min_mean_distance"}, "objective: expected one of"),
     "rule's view": (("paper-flock", "stubborn-leaders"), {"per_agent": False}, "per_agent: expected True"),
     "model": (("paper-line", "per-agent-visible/search"), {}, "policy: expected a policy for a line"),

@@ -75,8 +75,7 @@ def play_slots(env: Any, policy: Any, steps: int) -> np.ndarray:
     observations = env.reset()
     for _ in range(steps):
         observations, _, _, infos = env.step(act(observations))
-    rows = env.num_envs // len(SEEDS)
-    return np.array([last(info) for info in infos[::rows]]).T
+    return np.array([last(info) for info in infos[:: (env.num_envs // len(SEEDS))]]).T
 
 
 def options_for(name: str, mode: str) -> dict[str, Any]:

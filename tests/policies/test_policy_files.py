@@ -24,8 +24,7 @@ LINE = Architecture(("time", "offset_0"), ())
 
 def flock_policy() -> policies.BasePolicy:
     options = {"max_range": 30.0, "predator_sensing_range": math.inf, "steps_per_action": 2}
-    numbers = np.random.default_rng(0).normal(size=ARCHITECTURE.size)
-    policy = NetworkPolicy(ARCHITECTURE, numbers)
+    policy = NetworkPolicy(ARCHITECTURE, np.random.default_rng(0).normal(size=ARCHITECTURE.size))
     return policy.with_options(name="mine", per_agent=True, scenario=SCENARIO, **options)
 
 

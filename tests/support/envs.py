@@ -174,8 +174,7 @@ def step(env: Any, actions: Any) -> Any:
     seen = []
     for _ in range(len(env.agents)):
         seen.append(env.last())
-        is_over = seen[-1][2] or seen[-1][3]
-        env.step(None if is_over else actions[env.agent_selection])
+        env.step(None if any(seen[-1][2:4]) else actions[env.agent_selection])
     return seen
 
 
@@ -184,8 +183,7 @@ def info_of(environment: Any, returned: Any) -> dict[str, Any]:
     if isinstance(environment, AECEnv):
         return dict(environment.infos["agent_0"])
     if isinstance(environment, VecEnv):
-        infos = returned[-1] if isinstance(returned, tuple) else environment.reset_infos
-        return dict(infos[0])
+        return dict((returned[-1] if isinstance(returned, tuple) else environment.reset_infos)[0])
     return dict(returned[-1].get("agent_0", returned[-1]))
 
 

@@ -37,8 +37,7 @@ Case = tuple[FlockScenario | LineScenario, Architecture, dict[str, Any]]
 
 def policy_of(architecture: Architecture) -> NetworkPolicy:
     """Return a network that listens far and near; its parameters are exact on every machine."""
-    numbers = (37 * np.arange(architecture.size) + 11) % 61
-    return NetworkPolicy(architecture, (numbers - 30) / 32)
+    return NetworkPolicy(architecture, ((37 * np.arange(architecture.size) + 11) % 61 - 30) / 32)
 
 
 def cases() -> dict[str, Case]:

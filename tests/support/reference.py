@@ -90,8 +90,7 @@ def flock_step(
         case FirstOrder():
             new_v = force.copy()
             if not scenario.constant_speed:
-                norms = np.maximum(np.linalg.norm(force, axis=1), speed)
-                new_v *= (speed / norms)[:, None]
+                new_v *= (speed / np.maximum(np.linalg.norm(force, axis=1), speed))[:, None]
         case _:
             new_v = v + scenario.time_step / mass[:, None] * force
     if scenario.constant_speed:
@@ -190,8 +189,7 @@ def per_agent(scenario: fe.FlockScenario, name: str) -> Floats:
 
 def directed_graph(positions: Floats, ranges: Floats) -> NDArray[np.bool]:
     """Return whether agent i (row) hears agent j (column)."""
-    distances = np.linalg.norm(positions[:, None] - positions[None, :], axis=-1)
-    return distances <= ranges[:, None]
+    return np.linalg.norm(positions[:, None] - positions[None, :], axis=-1) <= ranges[:, None]
 
 
 def reached_by(scenario: fe.FlockScenario, state: FlockState) -> NDArray[np.bool]:

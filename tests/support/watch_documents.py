@@ -48,14 +48,13 @@ def numbers(column: dict[str, Any]) -> np.ndarray:
 
 def assert_shows(shown: Any, run: Trajectory) -> None:
     columns = {name: numbers(column) for name, column in shown["columns"].items()}
-    in_force = np.concatenate([run.interaction_ranges, run.interaction_ranges[-1:]])
     expected = {
         "times": run.times,
         "positions": run.positions,
         "predators": run.predator_positions,
         "meanDistance": run.mean_distance,
         "lowestMean": [run.mean_distance[: t + 1].min() for t in range(len(run.times))],
-        "ranges": in_force,
+        "ranges": np.concatenate([run.interaction_ranges, run.interaction_ranges[-1:]]),
     }
     for name, values in expected.items():
         np.testing.assert_array_equal(columns[name], np.asarray(values, np.float32), err_msg=name)

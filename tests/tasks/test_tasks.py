@@ -151,8 +151,7 @@ def test_every_policy_file_has_a_result() -> None:
     for folder in (*(ROOT / BOARD).iterdir(), *(ROOT / ABLATIONS).iterdir()):
         results = [read_result(file) for file in folder.glob("*.json")]
         named = {policy.policy for result in results for policy in result.policies}
-        files = folder.rglob("*.npz")
-        assert {f"policies/{file.name}" for file in files} <= named, folder
+        assert {f"policies/{file.name}" for file in folder.rglob("*.npz")} <= named, folder
 
 
 def test_the_report_and_the_readme_follow_from_the_results() -> None:

@@ -9,7 +9,6 @@ from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import resolve_name
-from types import ModuleType
 from typing import Any, get_args
 
 import pytest
@@ -155,15 +154,12 @@ def test_a_users_page_names_all_that_there_is(page: str, names: Iterable[str]) -
     assert [name for name in names if f"`{name}" not in text and f"{name}`" not in text] == []
 
 
-def public(module: ModuleType) -> set[str]:
-    own = {name for name, item in vars(module).items() if getattr(item, "__module__", "") == module.__name__}
-    return {name for name in getattr(module, "__all__", own) if not name.startswith("_")}
-
-
 @pytest.mark.parametrize("module", MODULES)
 def test_every_public_name_is_documented(module: str) -> None:
     documented = {id(resolve_name(":".join(name.rsplit(".", 1)))) for name in DOCUMENTED}
-    names = public(import_module(module))
+    items = vars(import_module(module))
+    own = {name for name, item in items.items() if getattr(item, "__module__", "") == module}
+    names = {name for name in items.get("__all__", own) if not name.startswith("_")}
     modules = {name.split(".")[1] for name in DOCUMENTED if module == "flockesc_env" and name.count(".") > 1}
     assert names
     assert sorted((names | modules) - {*dir(import_module(module))}) == []

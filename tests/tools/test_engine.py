@@ -215,10 +215,9 @@ def test_files_that_python_refuses_are_refused_by_name(tmp_path: Path) -> None:
     document = {"inputs": ["time"], "hidden": []}
     good = header_of(small_flock(), document, True, max_range=40.0)
     headers = [{**good, "options": {"max_range": 40.0, name: value}} for name, value, _ in REFUSED]
-    topological = small_flock(neighbor_rule=Topological()).to_json()
     changes: list[Case] = [
         {"scenario": {**good["scenario"], "num_agents": 0}},
-        {"scenario": json.loads(topological), "options": {}},
+        {"scenario": json.loads(small_flock(neighbor_rule=Topological()).to_json()), "options": {}},
         {"architecture": {**document, "inputs": ["wings"]}},
         {"architecture": {**document, "ranges": [50.0]}},
         {"per_agent": 1},

@@ -59,11 +59,6 @@ def test_saved_runs_load_and_replay(name: str, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def rewrite(path: Path, **changes: Any) -> None:
-    columns = {**np.load(path), **changes}
-    np.savez(path, **{name: value for name, value in columns.items() if value is not None})
-
-
 @pytest.mark.parametrize(
     ("changes", "field"),
     [
@@ -78,7 +73,8 @@ def rewrite(path: Path, **changes: Any) -> None:
 def test_a_file_of_another_format_is_named(changes: dict[str, Any], field: str, tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     save_run(fe.simulate(FLOCK, 10.0, seed=3), path)
-    rewrite(path, **changes)
+    columns = {**np.load(path), **changes}
+    np.savez(path, **{name: value for name, value in columns.items() if value is not None})
     with pytest.raises(fe.InputError, check=lambda error: error.field == field):
         load_run(path)
 

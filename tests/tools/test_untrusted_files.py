@@ -176,8 +176,7 @@ def test_escape_sequences_in_files_do_not_reach_the_terminal(name: str, cli: Cli
     contents = list(hostile_files(name, path))
     for raw in contents:
         path.write_bytes(raw)
-        command = READERS[name.partition(".")[0]]
-        ran = cli(*[word.replace("FILE", str(path)) for word in command])
+        ran = cli(*[word.replace("FILE", str(path)) for word in READERS[name.partition(".")[0]]])
         assert ran.code in {Exit.DONE, Exit.FAILED, Exit.REFUSED}
         lines = (ran.out + ran.err).split("\n")
         assert all(line.isprintable() for line in lines), lines

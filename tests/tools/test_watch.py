@@ -48,8 +48,7 @@ def test_a_page_of_policies_records_those_that_it_cannot_run(
     code = "from flockesc_env import load_policy\ndef mine():\n    return load_policy('mine.npz')\n"
     (tmp_path / "user_code.py").write_text(code)
     specs = ["fixed:1e1", "stubborn-witnesses", mine, "stubborn-leaders", "user_code:mine"]
-    command = ["watch", *specs, "--seed", 2**64 - 1, *SMALL_FLAGS, "--no-browser", *flags]
-    ran = cli(*command)
+    ran = cli("watch", *specs, "--seed", 2**64 - 1, *SMALL_FLAGS, "--no-browser", *flags)
     assert ran.code == Exit.DONE
     assert ran.out.startswith("" if flags else "The page is ")
     path = Path("page.html") if flags else Path(ran.out.strip().removeprefix("The page is "))
