@@ -31,6 +31,12 @@ print(json.dumps([features["AVX2"], features["AVX512F"], *hashes]))
 """
 
 PROCESSES, ENVIRONMENTS, RESETS = 4, 25, 100
+UNSEEDED: list[tuple[Any, Any]] = [
+    *((make, small_flock()) for make in (fe.FlockEscapeEnv, fe.parallel_env, BatchVectorEnv)),
+    (fe.LineEscapeEnv, fe.LineScenario(num_agents=5)),
+]
+SEEDS = range(13)
+THREADS = [None, 1, 2, 3, 7]
 
 
 @pytest.mark.parametrize("num_threads", [1, 4])
@@ -73,12 +79,6 @@ def test_another_seed_is_another_episode() -> None:
     assert not set(others.values()) & set(GOLDEN.values())
 
 
-UNSEEDED: list[tuple[Any, Any]] = [
-    *((make, small_flock()) for make in (fe.FlockEscapeEnv, fe.parallel_env, BatchVectorEnv)),
-    (fe.LineEscapeEnv, fe.LineScenario(num_agents=5)),
-]
-
-
 def unseeded(_: int) -> list[str]:
     """Return the first observations of new environments of every interface after resets without a seed."""
     seen = []
@@ -97,10 +97,6 @@ def test_resets_without_a_seed_never_repeat(method: str) -> None:
         seen = list(chain.from_iterable(pool.map(unseeded, range(PROCESSES), chunksize=1)))
     assert len(seen) == PROCESSES * ENVIRONMENTS * RESETS
     assert len(set(seen)) == len(seen)
-
-
-SEEDS = range(13)
-THREADS = [None, 1, 2, 3, 7]
 
 
 @dimensions

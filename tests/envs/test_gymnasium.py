@@ -24,6 +24,14 @@ from flockesc_env.episodes.spaces import RangeActions
 from flockesc_env.scenario import Learned
 
 RHO = 25.0  # action -0.5 of [0, 100]
+HUNTERS = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
+SCENARIOS = {
+    "plain": small_flock(),
+    "capture": hunted(),
+    "two hunters": small_flock(num_agents=12, predators=HUNTERS),
+    "hunters that catch some": small_flock(3, num_agents=12, predators=HUNTERS, capture_radius=12.0),
+    "hunters that catch all": small_flock(num_agents=12, predators=HUNTERS, capture_radius=500.0),
+}
 
 
 def test_discrete_grid() -> None:
@@ -190,16 +198,6 @@ def test_conversions_play_the_same_episode(per_agent: bool, scenario: Any) -> No
             np.testing.assert_equal([part["flock"] for part in expected], [*alone.step(actions["flock"])])
     assert not back.agents
     assert not clipped.agents
-
-
-HUNTERS = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
-SCENARIOS = {
-    "plain": small_flock(),
-    "capture": hunted(),
-    "two hunters": small_flock(num_agents=12, predators=HUNTERS),
-    "hunters that catch some": small_flock(3, num_agents=12, predators=HUNTERS, capture_radius=12.0),
-    "hunters that catch all": small_flock(num_agents=12, predators=HUNTERS, capture_radius=500.0),
-}
 
 
 def as_dicts(result: Any, names: list[str], reward: str) -> list[dict[str, Any]]:

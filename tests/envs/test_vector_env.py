@@ -26,6 +26,16 @@ SLOTS = 4
 MASK = np.array([True, False, True, False])
 
 autoreset_modes = pytest.mark.parametrize("autoreset_mode", AutoresetMode)
+REFUSED: list[tuple[Any, dict[str, Any], str]] = [
+    (2**64 - 2, {}, "seed of the last flock"),
+    ([1, 2, -1], {}, "seed[2]"),
+    (None, {"reset_mask": [True] * 15}, "options['reset_mask']"),
+    (None, {"reset_mask": np.ones(16, bool)}, "options['reset_mask']"),
+    (None, {"reset_mask": np.arange(15) < 6}, "options['reset_mask']"),  # a part of the second flock
+    (None, {"reset_mask": np.arange(15) < 5, "positions": 1}, "options['positions']"),
+]
+FLOCKS, AGENTS = len(SEVERAL), 5
+REWARDS = {"reward": table.AGENT_REWARDS}
 
 
 class Twins:
@@ -169,16 +179,6 @@ def test_copy_false_reuses_two_arrays(autoreset_mode: AutoresetMode) -> None:
     assert data_equivalence(*masked, exact=True)
 
 
-REFUSED: list[tuple[Any, dict[str, Any], str]] = [
-    (2**64 - 2, {}, "seed of the last flock"),
-    ([1, 2, -1], {}, "seed[2]"),
-    (None, {"reset_mask": [True] * 15}, "options['reset_mask']"),
-    (None, {"reset_mask": np.ones(16, bool)}, "options['reset_mask']"),
-    (None, {"reset_mask": np.arange(15) < 6}, "options['reset_mask']"),  # a part of the second flock
-    (None, {"reset_mask": np.arange(15) < 5, "positions": 1}, "options['positions']"),
-]
-
-
 def test_refused_resets_leave_no_trace() -> None:
     env, twin = (BatchVectorEnv(15, small_flock(), per_agent=True) for _ in range(2))
     with pytest.raises(fe.FlockescError, match="reset_mask that leaves slots out"):
@@ -192,10 +192,6 @@ def test_refused_resets_leave_no_trace() -> None:
     actions = np.zeros((15, 1), np.float32)
     assert data_equivalence(env.step(actions), twin.step(actions), exact=True)
     assert data_equivalence(env.reset(), twin.reset(), exact=True)
-
-
-FLOCKS, AGENTS = len(SEVERAL), 5
-REWARDS = {"reward": table.AGENT_REWARDS}
 
 
 @autoreset_modes

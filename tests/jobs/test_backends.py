@@ -27,6 +27,7 @@ needs_submitit = pytest.mark.skipif(
     not find_spec("submitit"), reason="submitit is not installed (extra slurm)"
 )
 BACKENDS = ["serial", "processes:2", pytest.param("slurm:cluster=local", marks=needs_submitit)]
+Start = Callable[[str, int], "subprocess.Popen[str]"]
 
 
 @pytest.fixture(autouse=True)
@@ -180,9 +181,6 @@ def test_a_system_without_workers_or_stderr(tmp_path: Path, monkeypatch: pytest.
                 run_jobs(square, NUMBERS, cache=cache, backend="processes:2")
     monkeypatch.setattr(sys, "stderr", None)
     assert squares(run_jobs(square, NUMBERS[:2], cache=cache, backend="serial", progress=True)) == [0, 1]
-
-
-Start = Callable[[str, int], "subprocess.Popen[str]"]
 
 
 @pytest.fixture

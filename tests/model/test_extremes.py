@@ -48,6 +48,7 @@ DRAWING = (
 )
 
 settings = every_pair(rule=RULES, predator=PREDATORS, dimension=DIMENSIONS)
+VECTORS = ("position", "velocity")
 
 
 def scenarios(dimension: int, rule: str, predator: str) -> list[fe.FlockScenario]:
@@ -60,9 +61,6 @@ def scenarios(dimension: int, rule: str, predator: str) -> list[fe.FlockScenario
     )
     shared = {"num_agents": N, "num_steps": STEPS, "predators": hunters, **RULES[rule]}
     return [small_flock(dimension, motion=motion, **shared) for motion in MOTIONS]
-
-
-VECTORS = ("position", "velocity")
 
 
 def start(dimension: int) -> tuple[np.ndarray, np.ndarray]:

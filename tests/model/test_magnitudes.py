@@ -35,6 +35,14 @@ BOUNDS = [
     *((small_flock, field, (0.0, 5e-324, LARGEST), (ABOVE,)) for field in COMPUTED),
     *((line, field, (0.0, 5e-324, LARGEST), (ABOVE,)) for field in (*LINE_COMPUTED, "predator_position")),
 ]
+STARTS = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
+line_scenarios = st.builds(
+    partial(fe.LineScenario, max_steps=20),
+    predator_position=coordinate,
+    predator_range=computed,
+    repulsion_strength=computed,
+    escape_force=st.sampled_from(["constant", "linear", "linear_as_printed"]),
+)
 
 
 @pytest.mark.parametrize(("make", "field", "good", "bad"), BOUNDS)
@@ -44,9 +52,6 @@ def test_bounds(make: Any, field: str, good: tuple[float, ...], bad: tuple[float
     for value in bad:
         with pytest.raises(fe.InputError, check=lambda error: error.field == field):
             make(**{field: value})
-
-
-STARTS = ("initial_positions", "initial_velocities", "predator_positions", "predator_velocities")
 
 
 @settings(max_examples=80)
@@ -155,15 +160,6 @@ def test_agents_at_tiny_distances_count_as_coincident() -> None:
         together = fe.simulate(scenario, 0.0, seed=1, initial_positions=np.zeros((5, 2)))
         np.testing.assert_allclose(run.velocities, together.velocities, rtol=1e-15)
         assert run.mean_distance[0] == 0
-
-
-line_scenarios = st.builds(
-    partial(fe.LineScenario, max_steps=20),
-    predator_position=coordinate,
-    predator_range=computed,
-    repulsion_strength=computed,
-    escape_force=st.sampled_from(["constant", "linear", "linear_as_printed"]),
-)
 
 
 @settings(max_examples=150)

@@ -13,6 +13,8 @@ from flockesc_env.scenario import Vicsek, preset
 
 EVERYWHERE = 1e9  # m; every agent hears every other one
 ALONE: dict[str, Any] = {"num_agents": 4000, "num_steps": 1, "predators": ()}
+N, SIDE, STEP = 40, 3.1, 0.03  # the smallest system of Fig. 2(a), with the radius as unit of length
+FLOCKS, STEPS, TRANSIENT = 60, 200, 100
 
 
 def headings(velocities: np.ndarray) -> np.ndarray:
@@ -83,10 +85,6 @@ def test_noise_depends_on_the_seed_and_moves_no_other_draw(dimension: int, noise
     np.testing.assert_array_equal(simulate(noisy, 8.0, seed=1, **given).velocities, run.velocities)
     assert (simulate(noisy, 8.0, seed=2, **given).velocities[1] != run.velocities[1]).any(axis=1).all()
     assert (other.positions[0] != run.positions[0]).all()
-
-
-N, SIDE, STEP = 40, 3.1, 0.03  # the smallest system of Fig. 2(a), with the radius as unit of length
-FLOCKS, STEPS, TRANSIENT = 60, 200, 100
 
 
 def order_of_1995(eta: float, rng: np.random.Generator) -> np.ndarray:

@@ -18,6 +18,14 @@ STEPS = 5
 LINE_STEPS = 8
 
 seeds = st.integers(0, 2**32 - 1)
+line_scenarios = st.builds(
+    partial(fe.LineScenario, tolerance=0.0, max_steps=LINE_STEPS),
+    num_agents=st.integers(1, 70),
+    predator_position=st.sampled_from([None, 0.6, -0.05, 0.0]),
+    predator_range=st.sampled_from([0.0, 0.2, 5.0]),
+    repulsion_strength=st.sampled_from([0.0, 0.37, 2.0]),
+    escape_force=st.sampled_from(["constant", "linear", "linear_as_printed"]),
+)
 
 
 @st.composite
@@ -154,16 +162,6 @@ def test_boundaries_of_the_flock_are_inclusive() -> None:
     assert apart.velocities[1, 0, 1] > 0  # pushed by the predator at exactly rho_p
     blind = fe.simulate(scenario.replace(predator_range=np.nextafter(5.0, 0)), 0.0, **start)
     np.testing.assert_allclose(blind.velocities[1], start["initial_velocities"], atol=1e-12)
-
-
-line_scenarios = st.builds(
-    partial(fe.LineScenario, tolerance=0.0, max_steps=LINE_STEPS),
-    num_agents=st.integers(1, 70),
-    predator_position=st.sampled_from([None, 0.6, -0.05, 0.0]),
-    predator_range=st.sampled_from([0.0, 0.2, 5.0]),
-    repulsion_strength=st.sampled_from([0.0, 0.37, 2.0]),
-    escape_force=st.sampled_from(["constant", "linear", "linear_as_printed"]),
-)
 
 
 @settings(max_examples=250)

@@ -18,6 +18,7 @@ from playground.__main__ import FIRST, HEADLINE
 SHOWN = """["canvas", ".panel:last-of-type canvas", "#range", "#play", "#answer table"].map(
     (name) => document.querySelector(name).getBoundingClientRect()
 ).map(({ top, bottom }) => [top, bottom])"""
+ROWS = """[...document.querySelectorAll("#answer tbody th")].map((cell) => cell.textContent)"""
 
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (830, 900), (1366, 768), (1440, 900)])
@@ -48,9 +49,6 @@ def guess(tab: Page, rho: float) -> None:
     assert tab.evaluate("page.look.asking.range") == rho
     tab.click("#fly")
     wait(tab, "page.player.isPlaying")
-
-
-ROWS = """[...document.querySelectorAll("#answer tbody th")].map((cell) => cell.textContent)"""
 
 
 def test_a_guess_flies_until_no_ring_changes(tab: Page, playground: str) -> None:

@@ -19,6 +19,8 @@ from flockesc_env.policies import Architecture, FixedRange, Policy, bind, torch_
 EPS = float(np.finfo(np.float32).eps)
 """The core computes in float64; actions, at most 1 in magnitude, are rounded to float32."""
 FLOCK = small_flock(num_agents=6, num_steps=12, predator_range=60.0)
+SCENARIO = fe.LineScenario(num_agents=12, max_steps=40)
+LINES = [5, 0, 2**64 - 1, 7, 7, 3]
 
 
 def policy_spec(scenario: fe.FlockScenario = FLOCK, **options: Any) -> PolicySpec:
@@ -158,10 +160,6 @@ def test_episodes_equal_those_of_act_to_the_bit(name: str) -> None:
 @pytest.mark.parametrize("num_threads", [1, 3])
 def test_outcomes_equal_the_golden_data(num_threads: int) -> None:
     assert hashes(num_threads) == GOLDEN
-
-
-SCENARIO = fe.LineScenario(num_agents=12, max_steps=40)
-LINES = [5, 0, 2**64 - 1, 7, 7, 3]
 
 
 def by_time_and_offsets() -> Policy:

@@ -27,6 +27,11 @@ T, N = SCENARIO.num_steps, SCENARIO.num_agents
 EXACT = {"max_range": 128.0, "range_grid": tuple(np.arange(513) / 4), "count_components": True}
 SCHEDULE = np.random.default_rng(0).integers(0, 80, T) / 4
 OWN_SCHEDULE = np.random.default_rng(1).integers(0, 80, (T, N)) / 4
+PRINT_RANGES = """
+import json
+from network_outcomes import ranges
+print(json.dumps(ranges()))
+"""
 
 
 class TimeDependent:
@@ -132,13 +137,6 @@ def test_random_range_covers_all_ranges_of_the_action_space(mode: str) -> None:
     np.testing.assert_allclose(ranges.mean(), 15, atol=3 * 10 / np.sqrt(12 * 4000))
     assert not np.array_equal(policy.act(rows, env.policy_spec), actions)
     np.testing.assert_array_equal(policies.RandomRange(seed=0).act(rows, env.policy_spec), actions)
-
-
-PRINT_RANGES = """
-import json
-from network_outcomes import ranges
-print(json.dumps(ranges()))
-"""
 
 
 def test_rules_set_the_same_bits_with_every_instruction_set() -> None:

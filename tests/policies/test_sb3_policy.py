@@ -22,6 +22,16 @@ from flockesc_env.sb3 import RangePolicy, vec_env
 SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)
 SEEDS = [3, 4]
 T, N = SCENARIO.num_steps, SCENARIO.num_agents
+OTHERS = {
+    "per_agent": True,
+    "action_mode": "range",
+    "max_range": 50.0,
+    "min_range": 5.0,
+    "steps_per_action": 2,
+}
+SIZES = {"n_steps": 8, "batch_size": 8, "device": "cpu", "seed": 0}
+NARROW = {"net_arch": [8, 4]}  # tanh layers of PPO and A2C, ReLU layers of the others
+OWN = {"max_range": 100.0, "steps_per_action": 2, "per_agent": True}
 
 
 class Mood:
@@ -81,15 +91,6 @@ def test_a_recurrent_model_of_sb3_plays_like_its_own_loop(monkeypatch: pytest.Mo
             state = after
 
 
-OTHERS = {
-    "per_agent": True,
-    "action_mode": "range",
-    "max_range": 50.0,
-    "min_range": 5.0,
-    "steps_per_action": 2,
-}
-
-
 @pytest.mark.parametrize("field", OTHERS)
 def test_a_model_of_another_environment_is_refused(field: str) -> None:
     policy, options = SB3Policy(model_of(PPO)), {field: OTHERS[field]}
@@ -99,10 +100,6 @@ def test_a_model_of_another_environment_is_refused(field: str) -> None:
     if field in {"max_range", "min_range", "steps_per_action"}:  # the line that the error names plays
         assert f"policy.with_options({field}={OTHERS[field]!r})" in str(caught.value)
         assert len(fe.rollout(policy.with_options(**options), [1]).seeds) == 1
-
-
-SIZES = {"n_steps": 8, "batch_size": 8, "device": "cpu", "seed": 0}
-NARROW = {"net_arch": [8, 4]}  # tanh layers of PPO and A2C, ReLU layers of the others
 
 
 def normalized(env: Any, **settings: Any) -> VecNormalize:
@@ -154,9 +151,6 @@ def test_a_model_without_the_statistics_of_its_observations_is_refused(
         fe.rollout(policy, [1])
     said = SB3Policy(model, vec_normalize=False).with_options(**known)
     assert len(fe.rollout(said, [1]).seeds) == 1
-
-
-OWN = {"max_range": 100.0, "steps_per_action": 2, "per_agent": True}
 
 
 def test_a_loaded_model_plays_as_it_was_trained(tmp_path: Path) -> None:

@@ -21,6 +21,9 @@ DRAWS = (
     sc.Uniform(POSITION, -30.0, 30.0),
     sc.Uniform("initial_positions.ring.radius", 5.0, 20.0),
 )
+WIDTH = "initial_positions.ring.width"
+SOMETIMES = sc.Choice(WIDTH, (2.0, 11.0))
+"""The ring is wider than its diameter of 10 m in the episode of seed 1 and the second one from seed 0."""
 
 
 def randomized(**changes: Any) -> fe.FlockScenario:
@@ -59,11 +62,6 @@ def test_everything_runs_and_shows_the_drawn_scenario(seed: int) -> None:
                 env: Any = make(scenario=each, predator_sensing_range=sensing, steps_per_action=1)
                 played.append([start(env, seed), *play(env, np.random.default_rng(0), 5)])
             np.testing.assert_equal(*played)
-
-
-WIDTH = "initial_positions.ring.width"
-SOMETIMES = sc.Choice(WIDTH, (2.0, 11.0))
-"""The ring is wider than its diameter of 10 m in the episode of seed 1 and the second one from seed 0."""
 
 
 @pytest.mark.parametrize("make", [fe.FlockEscapeEnv, fe.parallel_env])

@@ -38,6 +38,12 @@ lines = st.builds(
     tolerance=BOUNDS.compared,
     max_steps=st.integers(1, 10**9),
 )
+DIRECTIONS = [(1.0, 1.0), (0.0, -3.0), (-2.0, 0.5), (1.0, 1.0, 1.0), (0.0, -3.0, 4.0), (-2.0, 0.5, 0.0)]
+DEEP, HUGE = "[" * 100_000, "1" + "0" * 5000
+HOSTILE = {
+    "json": (DEEP, f'{{"num_agents": {HUGE}}}', '{"num_agents": 5, "num_agents": 6}', '{"\\ud800": 5}', "\0"),
+    "toml": (f"mass = {DEEP}", f"num_agents = {HUGE}", "num_agents = 5\nnum_agents = 6", "mass = 1979-05-27"),
+}
 
 
 @given(flocks(BOUNDS) | parts | lines)
@@ -124,9 +130,6 @@ def test_a_line_without_predator_is_toml() -> None:
     scenario = fe.LineScenario(predator_position=None)
     assert tomllib.loads(scenario.to_toml())["predator_position"] == "None"
     assert fe.LineScenario.from_toml(scenario.to_toml()) == scenario
-
-
-DIRECTIONS = [(1.0, 1.0), (0.0, -3.0), (-2.0, 0.5), (1.0, 1.0, 1.0), (0.0, -3.0, 4.0), (-2.0, 0.5, 0.0)]
 
 
 def test_the_default_is_the_papers_predator() -> None:
@@ -255,13 +258,6 @@ def test_contradictions(changes: dict[str, Any], told: str) -> None:
 def test_documents(document: Any, field: str) -> None:
     with pytest.raises(fe.InputError, check=lambda error: error.field == field):
         fe.FlockScenario.from_json(json.dumps(document))
-
-
-DEEP, HUGE = "[" * 100_000, "1" + "0" * 5000
-HOSTILE = {
-    "json": (DEEP, f'{{"num_agents": {HUGE}}}', '{"num_agents": 5, "num_agents": 6}', '{"\\ud800": 5}', "\0"),
-    "toml": (f"mass = {DEEP}", f"num_agents = {HUGE}", "num_agents = 5\nnum_agents = 6", "mass = 1979-05-27"),
-}
 
 
 @pytest.mark.parametrize("model", [fe.FlockScenario, fe.LineScenario])

@@ -23,6 +23,20 @@ from studies.scoreboard.board import ABLATIONS, BOARD, folder_of, load_board
 from studies.scoreboard.report import entries_of, report
 
 ROOT = Path(flockesc_env.__file__).parents[1]
+CHANGES = {
+    "scored in": ("scales.flock-1000]", "scales.clusters]", {"held-out-sizes"}),
+    "scenario": ('scenario = "pursuit"', 'scenario = "intercept"', {"pursuit"}),
+    "option": ("max_range = 100.0", "max_range = 50.0", {"per-agent-visible-profile"}),
+    "sentence": ('asks = "One range for the flock: ', 'asks = "One range: ', {"one-range"}),
+    "version": (f'version = "{VERSION}"', 'version = "v2"', set(tasks)),
+}
+FILES = [
+    path.relative_to(ROOT).as_posix()
+    for folder in (BOARD, ABLATIONS)
+    for path in sorted((ROOT / folder).rglob("*.json"))
+]
+NUM_FLOCKS = 1
+"""`flockesc verify FILE` plays all 1,000 flocks."""
 
 
 @pytest.mark.parametrize("name", tasks)
@@ -88,15 +102,6 @@ def test_an_unknown_argument_of_an_environment_lists_the_constructors_own(name: 
     assert tasks["one-range"].env(scenario="pursuit").scenario == tasks["pursuit"].scenario
 
 
-CHANGES = {
-    "scored in": ("scales.flock-1000]", "scales.clusters]", {"held-out-sizes"}),
-    "scenario": ('scenario = "pursuit"', 'scenario = "intercept"', {"pursuit"}),
-    "option": ("max_range = 100.0", "max_range = 50.0", {"per-agent-visible-profile"}),
-    "sentence": ('asks = "One range for the flock: ', 'asks = "One range: ', {"one-range"}),
-    "version": (f'version = "{VERSION}"', 'version = "v2"', set(tasks)),
-}
-
-
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_change_of_the_file_changes_the_checksums_of_the_tasks_that_it_is_about(name: str) -> None:
     old, new, expected = CHANGES[name]
@@ -127,15 +132,6 @@ def test_the_tasks_are_frozen() -> None:
     assert hashlib.sha256(content).hexdigest() == (
         "c11fce408e62be46b7a3e9f55bd9c8de92a892d67888310d69a906a566b47d61"
     )
-
-
-FILES = [
-    path.relative_to(ROOT).as_posix()
-    for folder in (BOARD, ABLATIONS)
-    for path in sorted((ROOT / folder).rglob("*.json"))
-]
-NUM_FLOCKS = 1
-"""`flockesc verify FILE` plays all 1,000 flocks."""
 
 
 @pytest.mark.parametrize("file", FILES)

@@ -39,6 +39,13 @@ NOT_CALLED = {
     "policies.torch_network",
 }
 MODULES = (scenario, models, policies, sb3, watch, flockesc_v1, vector, environments)
+SEED = table.integer(3, 0)
+FLOCKS = table.Kind(
+    1,
+    [-1, 64, 2**64, 1.0, [0, 64], [[0]], np.array(0.0), np.zeros(2, np.bool)],
+    [[1], np.array([1]), np.int64(1)],
+    accepts=(type(None),),
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -117,15 +124,6 @@ def row_of(call: Any) -> Row:
     is_plain = not isinstance(call, type) or dataclasses.is_dataclass(call)
     after = played if hasattr(call, "step") else Row.after if is_plain else vars
     return Row(call, own, after=AFTER.get(call, after), passed=passed)
-
-
-SEED = table.integer(3, 0)
-FLOCKS = table.Kind(
-    1,
-    [-1, 64, 2**64, 1.0, [0, 64], [[0]], np.array(0.0), np.zeros(2, np.bool)],
-    [[1], np.array([1]), np.int64(1)],
-    accepts=(type(None),),
-)
 
 
 def state(good: bytes) -> table.Kind:

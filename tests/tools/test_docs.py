@@ -79,6 +79,7 @@ MODULES = (
     "flockesc_env",
     *(f"flockesc_env.{name}" for name in ["jobs", "notebook", "policies", "sb3", "watch"]),
 )
+DECIMAL = re.compile(r"(?<![\d.])\d+\.\d+(?![\d.]*\d)")
 
 
 def test_every_page_is_short() -> None:
@@ -86,9 +87,6 @@ def test_every_page_is_short() -> None:
     assert words.keys() == WORDS.keys()
     assert {name: number for name, number in words.items() if number > WORDS[name]} == {}
     assert len(README.splitlines()) <= 75
-
-
-DECIMAL = re.compile(r"(?<![\d.])\d+\.\d+(?![\d.]*\d)")
 
 
 @pytest.mark.parametrize("name", ["README", "docs/findings", "docs/paper", "docs/scoreboard"])

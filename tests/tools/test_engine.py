@@ -37,6 +37,16 @@ pytestmark = [
 ]
 
 Case = dict[str, Any]
+VIEWS: list[tuple[bool, dict[str, Any]]] = [
+    (False, {}),
+    (True, {"reward": "individual_distance_change"}),
+    (True, {"reward": "difference", "steps_per_action": 3}),  # plays a copy for every agent
+]
+UNEVEN = {"inputs": ["time"], "hidden": [3], "ranges": [0.3, 7.3, 17.9]}
+"""A network that chooses from ranges that are no float32."""
+TORUS = pytest.param(fe.FlockScenario(predators=(), periodic_side=60.0, initial_side=60.0), id="torus")
+EPISODE = {"kind": "episode", "scenario": "{}", "options": "{}", "seed": "0", "actions": [[[1.0], []]]}
+ZEROS = [0.0] * 600
 
 
 def played_in_node(cases: list[Case]) -> list[Any]:
@@ -104,13 +114,6 @@ def flocks() -> dict[str, fe.FlockScenario]:
     return found
 
 
-VIEWS: list[tuple[bool, dict[str, Any]]] = [
-    (False, {}),
-    (True, {"reward": "individual_distance_change"}),
-    (True, {"reward": "difference", "steps_per_action": 3}),  # plays a copy for every agent
-]
-
-
 def test_flocks_of_both_views_have_the_same_bits() -> None:
     """Presets and large flocks in the agents' view alone."""
     played = [
@@ -153,10 +156,6 @@ def network_case(
     }
     lowest = played.min_min_distance if chosen.objective == "min_min_distance" else played.min_mean_distance
     return case, [lowest[0], played.num_components[0]]
-
-
-UNEVEN = {"inputs": ["time"], "hidden": [3], "ranges": [0.3, 7.3, 17.9]}
-"""A network that chooses from ranges that are no float32."""
 
 
 def test_networks_set_the_same_ranges() -> None:
@@ -241,9 +240,6 @@ def test_files_that_python_refuses_are_refused_by_name(tmp_path: Path) -> None:
             assert name in found or ":" in text, (name, found)
 
 
-TORUS = pytest.param(fe.FlockScenario(predators=(), periodic_side=60.0, initial_side=60.0), id="torus")
-
-
 @pytest.mark.parametrize(
     "scenario", ["paper-flock", "topological", "voronoi", "field-of-view", "space", TORUS]
 )
@@ -258,10 +254,6 @@ def test_neighbor_graphs_are_the_same(scenario: fe.FlockScenario | str) -> None:
         native = neighbor_pairs(run.scenario, arrays[0], radius, velocities=arrays[1])
         played.append(({**case, "arrays": [a.ravel().tolist() for a in arrays]}, native.ravel().tolist()))
     assert_equal_in_node(played)
-
-
-EPISODE = {"kind": "episode", "scenario": "{}", "options": "{}", "seed": "0", "actions": [[[1.0], []]]}
-ZEROS = [0.0] * 600
 
 
 @pytest.mark.parametrize(

@@ -31,6 +31,18 @@ SCENARIO = small_flock()
 
 
 LINE = LineScenario(num_agents=5)
+ESCAPES = "\x1b]0;title\x07\x1b[2J\t\x9b1m\x7f\u202e\u2028\u200b\r\nflock.npz: matches"
+
+
+TOKEN = re.compile(r'"[^"]*"|[\w.+-]+')
+READERS = {
+    "policy": ["simulate", "FILE", "--set", "num_agents=5", "--set", "num_steps=2"],
+    "predator": ["simulate", "fixed:1", "--predator", "FILE", "--set", "num_steps=2"],
+    "run": ["replay", "FILE"],
+    "line": ["replay", "FILE"],
+    "scenario": ["simulate", "fixed:1", "--seed", "1", "--scenario", "FILE"],
+}
+"""A command that reads each kind of file."""
 
 
 def write_predator(path: Path) -> None:
@@ -132,12 +144,6 @@ def test_arrays_with_false_headers_are_refused(name: str, lie: str, tmp_path: Pa
     tracemalloc.stop()
 
 
-ESCAPES = "\x1b]0;title\x07\x1b[2J\t\x9b1m\x7f\u202e\u2028\u200b\r\nflock.npz: matches"
-
-
-TOKEN = re.compile(r'"[^"]*"|[\w.+-]+')
-
-
 def with_escapes(text: str) -> Iterator[str]:
     """Yield copies of a document in JSON or TOML with one name or value replaced by escape sequences."""
     for token in TOKEN.finditer(text):
@@ -158,16 +164,6 @@ def hostile_files(name: str, path: Path) -> Iterator[bytes]:
     if "header" in arrays:
         for changed in with_escapes(str(arrays["header"])):
             yield npz(**{**arrays, "header": np.array(changed)})
-
-
-READERS = {
-    "policy": ["simulate", "FILE", "--set", "num_agents=5", "--set", "num_steps=2"],
-    "predator": ["simulate", "fixed:1", "--predator", "FILE", "--set", "num_steps=2"],
-    "run": ["replay", "FILE"],
-    "line": ["replay", "FILE"],
-    "scenario": ["simulate", "fixed:1", "--seed", "1", "--scenario", "FILE"],
-}
-"""A command that reads each kind of file."""
 
 
 @pytest.mark.parametrize("name", FILES)
