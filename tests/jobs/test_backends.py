@@ -28,6 +28,27 @@ needs_submitit = pytest.mark.skipif(
 )
 BACKENDS = ["serial", "processes:2", pytest.param("slurm:cluster=local", marks=needs_submitit)]
 Start = Callable[[str, int], "subprocess.Popen[str]"]
+CALL = 'run_jobs(own, [(n,) for n in range(99)], cache="cache", backend="processes:1")'
+OWN = "from flockesc_env.jobs import run_jobs\ndef own(n): return {'x': n}\n"
+GUARDED = f'{OWN}if __name__ == "__main__":\n    print(len({CALL}))'
+SCRIPTS = {
+    **dict.fromkeys(("my-scan.py", "01_scan.py", "scan v2.py"), (GUARDED, [])),
+    "scan.v2.py": (GUARDED, ["scan.v2.py, which is not found as the module 'scan.v2': rename it"]),
+    "safe.py": (GUARDED, ["safe.py, which is not found as the module 'safe': rename it"]),
+    # Workers are not started for ever.
+    "unguarded.py": (OWN + CALL, ["99 of 99 jobs failed", 'needs `if __name__ == "__main__":`']),
+}
+DAMAGES: list[Callable[[bytes, bytes], bytes]] = [
+    lambda whole, _: b"",
+    lambda whole, _: whole[: len(whole) // 2],
+    lambda whole, _: whole[:-1],
+    lambda whole, _: bytes(len(whole)),
+    lambda whole, _: whole[:40] + bytes([whole[40] ^ 1]) + whole[41:],
+    lambda whole, _: whole[:-40],
+    lambda _, other: other,
+    lambda _, other: npz(square=np.array(np.nan)),
+]
+"""Empty, truncated, zeros, a flipped bit, without a hash, of another job, arrays of another kind."""
 
 
 @pytest.fixture(autouse=True)
@@ -131,18 +152,6 @@ def test_a_file_named_like_a_module_of_python_does_not_replace_it_in_workers(
     flags = ["--interaction-ranges", 5, "--seeds", "0:1", *SMALL_FLAGS, "--backend", "processes:1"]
     ended = ran(Path(sys.executable).with_name("flockesc"), "sweep", *flags, "--cache", "cache")
     assert ended.returncode == 0, ended.stderr
-
-
-CALL = 'run_jobs(own, [(n,) for n in range(99)], cache="cache", backend="processes:1")'
-OWN = "from flockesc_env.jobs import run_jobs\ndef own(n): return {'x': n}\n"
-GUARDED = f'{OWN}if __name__ == "__main__":\n    print(len({CALL}))'
-SCRIPTS = {
-    **dict.fromkeys(("my-scan.py", "01_scan.py", "scan v2.py"), (GUARDED, [])),
-    "scan.v2.py": (GUARDED, ["scan.v2.py, which is not found as the module 'scan.v2': rename it"]),
-    "safe.py": (GUARDED, ["safe.py, which is not found as the module 'safe': rename it"]),
-    # Workers are not started for ever.
-    "unguarded.py": (OWN + CALL, ["99 of 99 jobs failed", 'needs `if __name__ == "__main__":`']),
-}
 
 
 @pytest.mark.parametrize("name", SCRIPTS)
@@ -264,19 +273,6 @@ def test_workers_take_one_thread(backend: str, tmp_path: Path, monkeypatch: pyte
     [found] = run([Job("backends:threads", ())], Cache(tmp_path), find_backend(backend))
     assert (int(found["engine"]), int(found["blas"])) == (1, 1)
     assert os.environ["OMP_NUM_THREADS"] == "7"
-
-
-DAMAGES: list[Callable[[bytes, bytes], bytes]] = [
-    lambda whole, _: b"",
-    lambda whole, _: whole[: len(whole) // 2],
-    lambda whole, _: whole[:-1],
-    lambda whole, _: bytes(len(whole)),
-    lambda whole, _: whole[:40] + bytes([whole[40] ^ 1]) + whole[41:],
-    lambda whole, _: whole[:-40],
-    lambda _, other: other,
-    lambda _, other: npz(square=np.array(np.nan)),
-]
-"""Empty, truncated, zeros, a flipped bit, without a hash, of another job, arrays of another kind."""
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

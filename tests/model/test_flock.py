@@ -17,6 +17,15 @@ from flockesc_env.watch import write_page
 STATES = ("positions", "velocities", "predator_positions")
 LAWS: dict[str, Any] = {motion.kind: {"motion": motion} for motion in MOTIONS}
 LAWS |= {"literal": {"constant_speed": False}, "zones": {**LAWS["zones"], "sensing_noise": 0.0}}
+BAD: dict[str, Callable[[Flock], Any]] = {
+    "shape": lambda _: np.zeros((5, 3)),
+    "finite": lambda _: np.full((5, 2), np.nan),
+    "large": lambda _: np.full((5, 2), 1e21),
+    "steps": lambda flock: flock.step(1.0),
+    "restores": lambda flock: flock.set_state(b""),
+    "moves": lambda flock: setattr(flock, "positions", flock.positions),
+    "turns": lambda flock: setattr(flock, "velocities", flock.velocities),
+}
 
 
 def flock_of(pack: str, law: str, dimension: int, **changes: Any) -> fe.FlockScenario:
@@ -117,17 +126,6 @@ def test_an_extra_force_is_added_to_that_of_the_model() -> None:
     before = flock.velocities
     flock.step(5.0, 2)
     np.testing.assert_allclose(flock.velocities, before + push * 0.05 / 0.1, rtol=1e-14)
-
-
-BAD: dict[str, Callable[[Flock], Any]] = {
-    "shape": lambda _: np.zeros((5, 3)),
-    "finite": lambda _: np.full((5, 2), np.nan),
-    "large": lambda _: np.full((5, 2), 1e21),
-    "steps": lambda flock: flock.step(1.0),
-    "restores": lambda flock: flock.set_state(b""),
-    "moves": lambda flock: setattr(flock, "positions", flock.positions),
-    "turns": lambda flock: setattr(flock, "velocities", flock.velocities),
-}
 
 
 @pytest.mark.parametrize("force", BAD.values(), ids=BAD)

@@ -21,6 +21,7 @@ EPS = float(np.finfo(np.float32).eps)
 FLOCK = small_flock(num_agents=6, num_steps=12, predator_range=60.0)
 SCENARIO = fe.LineScenario(num_agents=12, max_steps=40)
 LINES = [5, 0, 2**64 - 1, 7, 7, 3]
+GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "network_outcomes.json").read_text())
 
 
 def policy_spec(scenario: fe.FlockScenario = FLOCK, **options: Any) -> PolicySpec:
@@ -102,9 +103,6 @@ def test_other_layers_are_refused(layers: list[nn.Module]) -> None:
     expected = "layers: expected Linear and Tanh, or Linear and ReLU, in turn, Linear first and last"
     with pytest.raises(fe.InputError, match=rf"{expected} .*torch.nn.Tanh"):
         torch_network(layers, ("time",))
-
-
-GOLDEN = json.loads((Path(__file__).parents[1] / "golden" / "network_outcomes.json").read_text())
 
 
 class StepByStep:

@@ -32,6 +32,17 @@ import json
 from network_outcomes import ranges
 print(json.dumps(ranges()))
 """
+SHARED_POLICIES = {
+    "fixed": lambda: policies.FixedRange(12.25),
+    "scheduled": lambda: policies.ScheduledRange(SCHEDULE),
+    "model": lambda: policies.SB3Policy(TimeDependent()),
+}
+AGENT_POLICIES = {
+    **SHARED_POLICIES,
+    "scheduled per agent": lambda: policies.ScheduledRange(OWN_SCHEDULE),
+    "stubborn leaders": lambda: policies.StubbornLeaders(),
+    "stubborn witnesses": lambda: policies.StubbornWitnesses(),
+}
 
 
 class TimeDependent:
@@ -44,19 +55,6 @@ class TimeDependent:
         assert state is None
         np.testing.assert_array_equal(episode_start, observations[:, 0] == 0)
         return observations[:, :1] * np.float32(0.5), None
-
-
-SHARED_POLICIES = {
-    "fixed": lambda: policies.FixedRange(12.25),
-    "scheduled": lambda: policies.ScheduledRange(SCHEDULE),
-    "model": lambda: policies.SB3Policy(TimeDependent()),
-}
-AGENT_POLICIES = {
-    **SHARED_POLICIES,
-    "scheduled per agent": lambda: policies.ScheduledRange(OWN_SCHEDULE),
-    "stubborn leaders": lambda: policies.StubbornLeaders(),
-    "stubborn witnesses": lambda: policies.StubbornWitnesses(),
-}
 
 
 def last(info: dict[str, Any]) -> list[Any]:

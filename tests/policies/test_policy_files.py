@@ -20,6 +20,18 @@ SCOREBOARD = Path(__file__).parents[2] / "scoreboard"
 SCENARIO = small_flock(num_agents=6, predator_range=60.0)
 ARCHITECTURE = Architecture(("time", "predator_distance"), (3, 2), memory=1, mirror=True, squash="tanh")
 LINE = Architecture(("time", "offset_0"), ())
+OTHER_OPTIONS: dict[str, Any] = {
+    "action_mode": "range",
+    "min_range": 1.0,
+    "max_range": 31.0,
+    "range_grid": (0.0, 10.0),
+    "steps_per_action": 3,
+    "objective": "min_min_distance",
+    "predator_sensing_range": 12.0,
+    "profile_ranges": (0.0, 10.0),
+    "extra_entries": (),
+}
+"""Other values of all options that change what a policy observes or what its actions mean."""
 
 
 def flock_policy() -> policies.BasePolicy:
@@ -68,20 +80,6 @@ def test_a_policy_loads_unchanged_and_plays_as_before(entry: Any, tmp_path: Path
     assert [file.name for file in tmp_path.iterdir()] == ["policy.npz"]
     before, after = (fe.rollout(each, seeds=5) for each in (entry, found))
     np.testing.assert_equal(vars(after), vars(before))
-
-
-OTHER_OPTIONS: dict[str, Any] = {
-    "action_mode": "range",
-    "min_range": 1.0,
-    "max_range": 31.0,
-    "range_grid": (0.0, 10.0),
-    "steps_per_action": 3,
-    "objective": "min_min_distance",
-    "predator_sensing_range": 12.0,
-    "profile_ranges": (0.0, 10.0),
-    "extra_entries": (),
-}
-"""Other values of all options that change what a policy observes or what its actions mean."""
 
 
 @pytest.mark.parametrize("name", [*OTHER_OPTIONS, "per_agent"])

@@ -18,6 +18,18 @@ from flockesc_env.envs.vector import BatchVectorEnv
 THREADS = 8
 CYCLE = [0.36, 0.68] * 50
 """A line that oscillates forever around the predator, so the episode never becomes steady."""
+TEN = np.array([10.0], np.float32)
+CROWD = fe.FlockScenario(num_agents=600, initial_side=140.0, num_steps=20_000)
+ENDLESS = fe.LineScenario(escape_force="linear_as_printed", max_steps=10**6)
+SHARED: dict[str, Callable[[int], Any]] = {
+    "flock": lambda steps: fe.FlockEscapeEnv(CROWD, action_mode="range", steps_per_action=steps),
+    "batch": lambda steps: BatchVectorEnv(
+        12, CROWD.replace(num_agents=100), num_threads=2, action_mode="range", steps_per_action=steps
+    ),
+    "line": lambda steps: fe.LineEscapeEnv(
+        ENDLESS, action_mode="range", max_range=10.0, steps_per_action=steps
+    ),
+}
 
 
 @pytest.fixture(autouse=True)
@@ -70,20 +82,6 @@ def test_eight_threads_share_one_pool() -> None:
         return played(fe.FlockEscapeEnv(large, num_threads=2, steps_per_action=1), index)
 
     assert_serial(work)
-
-
-TEN = np.array([10.0], np.float32)
-CROWD = fe.FlockScenario(num_agents=600, initial_side=140.0, num_steps=20_000)
-ENDLESS = fe.LineScenario(escape_force="linear_as_printed", max_steps=10**6)
-SHARED: dict[str, Callable[[int], Any]] = {
-    "flock": lambda steps: fe.FlockEscapeEnv(CROWD, action_mode="range", steps_per_action=steps),
-    "batch": lambda steps: BatchVectorEnv(
-        12, CROWD.replace(num_agents=100), num_threads=2, action_mode="range", steps_per_action=steps
-    ),
-    "line": lambda steps: fe.LineEscapeEnv(
-        ENDLESS, action_mode="range", max_range=10.0, steps_per_action=steps
-    ),
-}
 
 
 def started(name: str, steps_per_action: int) -> tuple[Any, np.ndarray]:

@@ -19,6 +19,19 @@ Floats = NDArray[np.float64]
 NUM_AGENTS = 2000
 SIDE = 80.0
 SPEED = 10.0
+GOLDEN: list[tuple[Any, tuple[str, str, str]]] = [
+    (sc.Square(), ("fb73eddce96cd7ae", "051318770fbe1930", "db1623dd5719e8ae")),
+    (sc.Disc(30.0), ("ffb303a410e8735e", "72798d1fba350b49", "79a90a692e67f940")),
+    (sc.Ring(30.0), ("92141dfc918ae1d1", "38a9d962b832fcdc", "b0a313d4e2481896")),
+    (sc.Ring(30.0, 20.0), ("be2c08a3136520ed", "1acca9db3c74fca2", "7bd364aaf7c3e8da")),
+    (sc.Segment((-10.0, 5.0), (50.0, 60.0)), ("efb2fb255e5c4cc8", "8b55d45be93752df", "ef7fa40e1e6ce310")),
+    (sc.Gaussian(7.0), ("bef692d6ede7d980", "effaf75b82b90c88", "c6de1c4df485d282")),
+    (sc.Clusters(8, 2.0), ("c791f670de64f5e5", "6d3306782c9f8cbe", "18267d16870d5939")),
+    (sc.AlignedHeadings((3.0, -4.0)), ("3594d5c0ac4a1bf3", "35f52c3416dd16b8", "5313e7129b5c56df")),
+    (sc.AlignedHeadings((3.0, -4.0), 0.5), ("5e1d04dbe2416429", "b9e5e96550042c9c", "45337127150232a0")),
+    (sc.AlignedHeadings((0.0, 2.0), math.pi), ("5ee3726525f10b27", "70b02691b25db44f", "374330f1bdc73ff3")),
+]
+"""Initial positions or headings, and hashes of their draws in the plane, in space and in a plane of space."""
 
 
 def start(dimension: int, **parts: Any) -> tuple[Floats, Floats]:
@@ -108,21 +121,6 @@ def test_aligned_headings(dimension: int, max_angle: float) -> None:
         left = np.cross(ahead, [0.0, 0.0, 1.0]) / np.linalg.norm(ahead[:2])
         up = np.cross(ahead, left)
         assert_uniform(np.arctan2(headings @ up, headings @ left), -math.pi, math.pi)
-
-
-GOLDEN: list[tuple[Any, tuple[str, str, str]]] = [
-    (sc.Square(), ("fb73eddce96cd7ae", "051318770fbe1930", "db1623dd5719e8ae")),
-    (sc.Disc(30.0), ("ffb303a410e8735e", "72798d1fba350b49", "79a90a692e67f940")),
-    (sc.Ring(30.0), ("92141dfc918ae1d1", "38a9d962b832fcdc", "b0a313d4e2481896")),
-    (sc.Ring(30.0, 20.0), ("be2c08a3136520ed", "1acca9db3c74fca2", "7bd364aaf7c3e8da")),
-    (sc.Segment((-10.0, 5.0), (50.0, 60.0)), ("efb2fb255e5c4cc8", "8b55d45be93752df", "ef7fa40e1e6ce310")),
-    (sc.Gaussian(7.0), ("bef692d6ede7d980", "effaf75b82b90c88", "c6de1c4df485d282")),
-    (sc.Clusters(8, 2.0), ("c791f670de64f5e5", "6d3306782c9f8cbe", "18267d16870d5939")),
-    (sc.AlignedHeadings((3.0, -4.0)), ("3594d5c0ac4a1bf3", "35f52c3416dd16b8", "5313e7129b5c56df")),
-    (sc.AlignedHeadings((3.0, -4.0), 0.5), ("5e1d04dbe2416429", "b9e5e96550042c9c", "45337127150232a0")),
-    (sc.AlignedHeadings((0.0, 2.0), math.pi), ("5ee3726525f10b27", "70b02691b25db44f", "374330f1bdc73ff3")),
-]
-"""Initial positions or headings, and hashes of their draws in the plane, in space and in a plane of space."""
 
 
 @pytest.mark.parametrize(("part", "hashes"), GOLDEN)

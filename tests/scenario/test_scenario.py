@@ -44,6 +44,7 @@ HOSTILE = {
     "json": (DEEP, f'{{"num_agents": {HUGE}}}', '{"num_agents": 5, "num_agents": 6}', '{"\\ud800": 5}', "\0"),
     "toml": (f"mass = {DEEP}", f"num_agents = {HUGE}", "num_agents = 5\nnum_agents = 6", "mass = 1979-05-27"),
 }
+GOLDEN = Path(__file__).parents[1] / "golden" / "presets.json"
 
 
 @given(flocks(BOUNDS) | parts | lines)
@@ -77,9 +78,6 @@ def test_learned_predators_keep_their_starts() -> None:
     assert made == fe.FlockScenario(predators=(sc.Learned((5.0, 6.0), (10.0, 10.0)), swift))
     with pytest.raises(fe.InputError, match="predators: expected at least one predator"):
         fe.FlockScenario(predators=()).with_learned_predators()
-
-
-GOLDEN = Path(__file__).parents[1] / "golden" / "presets.json"
 
 
 def test_presets_have_not_changed() -> None:

@@ -47,6 +47,19 @@ UNEVEN = {"inputs": ["time"], "hidden": [3], "ranges": [0.3, 7.3, 17.9]}
 TORUS = pytest.param(fe.FlockScenario(predators=(), periodic_side=60.0, initial_side=60.0), id="torus")
 EPISODE = {"kind": "episode", "scenario": "{}", "options": "{}", "seed": "0", "actions": [[[1.0], []]]}
 ZEROS = [0.0] * 600
+REFUSED: list[tuple[str, Any, str]] = [
+    ("steps_per_action", 0, "expected an integer from 1 to "),
+    ("min_range", -5, "expected a finite number of at least 0, got -5"),
+    ("range_grid", [-1.0, 5.0], "expected ranges from 0.0 to 40.0"),
+    ("action_mode", "range", "expected 'normalized', got 'range'"),
+    ("profile_ranges", [5.0, 5.0], "expected increasing ranges"),
+    ("predator_sensing_range", -1, ""),
+    ("extra_entries", ["wings"], ""),
+    ("reward", "no", ""),
+    ("count_components", 1, ""),
+    ("wings", 1, ""),
+    ("view", "agent", ""),
+]
 
 
 def played_in_node(cases: list[Case]) -> list[Any]:
@@ -192,21 +205,6 @@ def test_stored_networks_set_the_same_ranges_on_a_flock_with_other_options() -> 
             played.append(({**case, "kind": "observed", "options": options}, outcome))
     assert len(played) > 9
     assert_equal_in_node(played)
-
-
-REFUSED: list[tuple[str, Any, str]] = [
-    ("steps_per_action", 0, "expected an integer from 1 to "),
-    ("min_range", -5, "expected a finite number of at least 0, got -5"),
-    ("range_grid", [-1.0, 5.0], "expected ranges from 0.0 to 40.0"),
-    ("action_mode", "range", "expected 'normalized', got 'range'"),
-    ("profile_ranges", [5.0, 5.0], "expected increasing ranges"),
-    ("predator_sensing_range", -1, ""),
-    ("extra_entries", ["wings"], ""),
-    ("reward", "no", ""),
-    ("count_components", 1, ""),
-    ("wings", 1, ""),
-    ("view", "agent", ""),
-]
 
 
 def test_files_that_python_refuses_are_refused_by_name(tmp_path: Path) -> None:
