@@ -104,17 +104,8 @@ def order_of_1995(eta: float, rng: np.random.Generator) -> np.ndarray:
 
 
 def order_here(eta: float) -> np.ndarray:
-    scenario = FlockScenario(
-        num_agents=N,
-        num_steps=STEPS,
-        time_step=1.0,
-        speed=STEP,
-        initial_side=SIDE,
-        periodic_side=SIDE,
-        predators=(),
-        motion=Vicsek(),
-        angular_noise=eta,
-    )
+    box = {"time_step": 1.0, "speed": STEP, "initial_side": SIDE, "periodic_side": SIDE, "angular_noise": eta}
+    scenario = FlockScenario(num_agents=N, num_steps=STEPS, predators=(), motion=Vicsek(), **box)
     return np.stack([simulate(scenario, 1.0, seed=seed).polarization for seed in range(FLOCKS)])
 
 

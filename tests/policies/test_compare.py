@@ -186,7 +186,6 @@ BAD: dict[str, tuple[tuple[Any, ...], dict[str, Any], str]] = {
     "scenario": (("pursuit", MODEL), {"env": PLAIN}, "scenario: expected that of env"),
     "options": ((None, MODEL), {"env": PLAIN, "max_range": 9}, "max_range: expected 40.0 from env, got 9"),
     "view": ((None, MODEL), {"env": PLAIN, "per_agent": False}, "per_agent: expected that of env, True"),
-    "side": (("pursuit", "random"), {"side": "prey"}, "side: expected one of flock, predator"),
     "flock": (("pursuit", "random"), {"flock_policy": "random"}, "flock_policy: expected None beside side="),
     "flock's": (("pursuit", "pursue"), {}, "policy: expected a policy that sets ranges"),
     "predator's": (("pursuit", "random"), HUNTS, "predator_policy: expected fly-straight, pursue, "),

@@ -72,8 +72,6 @@ def test_memory_starts_at_zero_and_is_kept() -> None:
 @pytest.mark.parametrize(
     ("fields", "parameters", "message"),
     [
-        ({"hidden": (2,)}, np.zeros(6), r"parameters: expected shape \(7,\)"),
-        ({}, [0.0, np.nan], r"parameters\[1\]: expected a finite number"),
         ({"hidden": (4, 0)}, [0.0], r"hidden\[1\]: expected an integer from 1"),
         ({"memory": 1, "ranges": (1.0, 2.0)}, [0.0], "memory: expected 0 for a network that scores ranges"),
         ({"inputs": ("wings",)}, [0, 0], "observation: expected an entry 'wings', got"),

@@ -151,14 +151,12 @@ def test_given_points_set_the_start_bit_for_bit(axes: int, dimension: int, initi
     """In space, points of the plane lie at z = 0."""
     rng, lift = np.random.default_rng(0), ((0, 0), (0, dimension - axes))
     points: Any = rng.uniform(0, 100, (7, axes)), rng.normal(size=(7, axes))
-    scenario = fe.FlockScenario(
-        num_agents=7,
-        num_steps=5,
-        dimension=dimension,
-        initial_plane=initial_plane,
-        initial_positions=sc.GivenPositions(points[0]),
-        initial_headings=sc.GivenHeadings(points[1]),
-    )
+    parts = {
+        "initial_positions": sc.GivenPositions(points[0]),
+        "initial_headings": sc.GivenHeadings(points[1]),
+    }
+    space = {"dimension": dimension, "initial_plane": initial_plane}
+    scenario = fe.FlockScenario(num_agents=7, num_steps=5, **space, **parts)
     run = fe.simulate(scenario, 10.0, seed=1)
     positions, directions = (np.pad(each, lift) for each in points)
     np.testing.assert_array_equal(run.positions[0], positions)

@@ -226,8 +226,7 @@ def test_files_that_python_refuses_are_refused_by_name(tmp_path: Path) -> None:
         [{"kind": "refusal", "header": json.dumps(each), "parameters": [1, 2]} for each in [good, *headers]]
     )
     assert messages[0] is None
-    rows = [(name, text) for name, _, text in REFUSED]
-    rows += [("", "")] * (len(headers) - len(REFUSED))
+    rows = [(name, text) for name, _, text in REFUSED] + [("", "")] * (len(headers) - len(REFUSED))
     for header, message, (name, text) in zip(headers, messages[1:], rows, strict=True):
         assert message, header
         np.savez(tmp_path / "bad.npz", header=np.array(json.dumps(header)), parameters=np.ones(2))
@@ -235,7 +234,7 @@ def test_files_that_python_refuses_are_refused_by_name(tmp_path: Path) -> None:
             fe.load_policy(tmp_path / "bad.npz")
         for found in (message, str(caught.value)):
             assert text in found
-            assert name in found or ":" in text, (name, found)
+            assert name in found
 
 
 @pytest.mark.parametrize(
