@@ -259,13 +259,8 @@ def test_snapshots_belong_to_scenarios() -> None:
     envs.reset(seed=3)
     other.reset(seed=8)
     envs.step(np.zeros((FLOCKS, 1), np.float32))
-    one, before = envs.get_state(1), other.get_state()
-    for refused, flocks in (
-        (envs.get_state(), None),
-        (one, 3),
-        (one, [0, 1]),
-        (envs.get_state([0, 1]), [0, 1]),
-    ):
+    one, two, before = envs.get_state(1), envs.get_state([0, 1]), other.get_state()
+    for refused, flocks in ((envs.get_state(), None), (one, 3), (one, [0, 1]), (two, [0, 1])):
         with pytest.raises(fe.InputError, match="same scenario"):
             other.set_state(refused, flocks)
     assert other.get_state() == before

@@ -157,10 +157,6 @@ def test_a_thinned_run_is_a_part_of_the_whole_one() -> None:
         with pytest.raises(fe.InputError, match="a run that has recorded positions, got one without"):
             needs(part)
     for incomplete in (part, fe.simulate(scenario, 3.0, every=5)):
-        for needs in (
-            fe.replay_run,
-            partial(fe.save_run, path="run.npz"),
-            partial(write_page, path="a.html"),
-        ):
+        for needs in (fe.replay_run, partial(fe.save_run, path="a.npz"), partial(write_page, path="a.html")):
             with pytest.raises(fe.InputError, match="all columns in every step"):
                 needs(incomplete)

@@ -162,11 +162,8 @@ def test_policies_by_name_set_their_options() -> None:
 def test_a_rollout_decides_options_and_scenario_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """One ``EnvOptions``, no scenario but the preset, one JSON document for the core."""
     calls: list[str] = []
-    for owner, method in (
-        (fe.EnvOptions, "__init__"),
-        (fe.FlockScenario, "__init__"),
-        (fe.FlockScenario, "to_json"),
-    ):
+    scenario = fe.FlockScenario
+    for owner, method in ((fe.EnvOptions, "__init__"), (scenario, "__init__"), (scenario, "to_json")):
         real = getattr(owner, method)
 
         def counted(self: Any, *given: Any, real: Any = real, **named: Any) -> Any:

@@ -22,13 +22,8 @@ from flockesc_env.sb3 import RangePolicy, vec_env
 SCENARIO = small_flock(num_agents=7, num_steps=12, predator_range=60.0)
 SEEDS = [3, 4]
 T, N = SCENARIO.num_steps, SCENARIO.num_agents
-OTHERS = {
-    "per_agent": True,
-    "action_mode": "range",
-    "max_range": 50.0,
-    "min_range": 5.0,
-    "steps_per_action": 2,
-}
+TAKEN = {"max_range": 50.0, "min_range": 5.0, "steps_per_action": 2}
+OTHERS = {"per_agent": True, "action_mode": "range", **TAKEN}
 SIZES = {"n_steps": 8, "batch_size": 8, "device": "cpu", "seed": 0}
 NARROW = {"net_arch": [8, 4]}  # tanh layers of PPO and A2C, ReLU layers of the others
 OWN = {"max_range": 100.0, "steps_per_action": 2, "per_agent": True}
@@ -97,7 +92,7 @@ def test_a_model_of_another_environment_is_refused(field: str) -> None:
     assert len(fe.rollout(SCENARIO, policy, [1]).seeds) == 1
     with pytest.raises(fe.InputError, check=lambda error: error.field == field) as caught:
         fe.rollout(SCENARIO, policy, [1], **options)
-    if field in {"max_range", "min_range", "steps_per_action"}:  # the line that the error names plays
+    if field in TAKEN:  # the line that the error names plays
         assert f"policy.with_options({field}={OTHERS[field]!r})" in str(caught.value)
         assert len(fe.rollout(policy.with_options(**options), [1]).seeds) == 1
 

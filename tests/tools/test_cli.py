@@ -57,6 +57,7 @@ def test_a_simulation_equals_the_librarys(
     assert cli("simulate", spec, *other, "--json").json()["scenario"]["num_agents"] == 1000
 
 
+PURSUER = PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid")
 CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
     "predators": (
         [
@@ -67,13 +68,7 @@ CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
             "predators.2.max_speed=null",
             "predators.1.velocity.0=3",
         ],
-        SMALL.replace(
-            predators=(
-                PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid"),
-                Intercept(velocity=(3.0, 10.0)),
-                Herd(),
-            )
-        ),
+        SMALL.replace(predators=(PURSUER, Intercept(velocity=(3.0, 10.0)), Herd())),
     ),
     "kinds": (
         ["initial_positions=ring", "initial_positions.radius=9", "initial_headings=aligned", "motion=vicsek"],

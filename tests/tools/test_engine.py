@@ -5,6 +5,7 @@ import json
 import shutil
 import subprocess
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -42,6 +43,7 @@ VIEWS: list[tuple[bool, dict[str, Any]]] = [
     (True, {"reward": "individual_distance_change"}),
     (True, {"reward": "difference", "steps_per_action": 3}),  # plays a copy for every agent
 ]
+far = partial(EnvOptions, action_mode="range", max_range=100.0)
 UNEVEN = {"inputs": ["time"], "hidden": [3], "ranges": [0.3, 7.3, 17.9]}
 """A network that chooses from ranges that are no float32."""
 TORUS = pytest.param(fe.FlockScenario(predators=(), periodic_side=60.0, initial_side=60.0), id="torus")
@@ -130,18 +132,12 @@ def flocks() -> dict[str, fe.FlockScenario]:
 def test_flocks_of_both_views_have_the_same_bits() -> None:
     """Presets and large flocks in the agents' view alone."""
     played = [
-        play(
-            FlockBatch(
-                scenario, EnvOptions(action_mode="range", max_range=100.0, **extra), per_agent=per_agent
-            )
-        )
+        play(FlockBatch(scenario, far(**extra), per_agent=per_agent))
         for name, scenario in flocks().items()
         for per_agent, extra in (VIEWS[1:2] if name in fe.PRESETS or scenario.num_agents > 100 else VIEWS)
     ]
     for dimension in (2, 3):
-        batch = FlockBatch(
-            flocks()[f"everything, {dimension}D"], EnvOptions(action_mode="range", max_range=100.0)
-        )
+        batch = FlockBatch(flocks()[f"everything, {dimension}D"], far())
         run = fe.simulate(batch.scenario, 9.0, seed=1)
         start = {"initial_positions": run.positions[9], "initial_velocities": run.velocities[9]}
         played += [play(batch, start)]
