@@ -23,9 +23,7 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.jobs import Cache, Job, JobError, find_backend, run, run_jobs
 
 NUMBERS = [(number,) for number in range(12)]
-needs_submitit = pytest.mark.skipif(
-    not find_spec("submitit"), reason="submitit is not installed (extra slurm)"
-)
+needs_submitit = pytest.mark.skipif(not find_spec("submitit"), reason="no submitit (extra slurm)")
 BACKENDS = ["serial", "processes:2", pytest.param("slurm:cluster=local", marks=needs_submitit)]
 Start = Callable[[str, int], "subprocess.Popen[str]"]
 CALL = 'run_jobs(own, [(n,) for n in range(99)], cache="cache", backend="processes:1")'
@@ -155,9 +153,7 @@ def test_a_file_named_like_a_module_of_python_does_not_replace_it_in_workers(
 
 
 @pytest.mark.parametrize("name", SCRIPTS)
-def test_a_script_works_or_is_told_the_cause(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_script_works_or_is_told_why(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     script, causes = SCRIPTS[name]
     (tmp_path / name).write_text(script)

@@ -132,9 +132,7 @@ def test_every_law_and_predator_is_here() -> None:
 
 
 @every_pair(law=LAWS, hunters=HUNTERS, distance=DISTANCES)
-def test_strengths_at_their_bounds_are_finite_at_every_distance(
-    law: str, hunters: str, distance: float
-) -> None:
+def test_strengths_at_bounds_are_finite_at_every_distance(law: str, hunters: str, distance: float) -> None:
     places = np.array([[0, 0], [1, 0], [0, 2], [-1, 1], [3, -2]]) * distance
     for rule, is_constant in product((sc.Metric(), sc.Topological(), sc.Voronoi()), (False, True)):
         scenario = small_flock(

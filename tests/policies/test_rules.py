@@ -43,9 +43,7 @@ def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
 
 def test_stubborn_witnesses_listen_farther_and_farther_unless_they_are_alone() -> None:
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0)
-    rule = StubbornWitnesses(
-        0.25, 30.0 / 2, 12.0, growth=16.0, min_neighbors=3.0, crowding=2.0, agreement=4.0
-    )
+    rule = StubbornWitnesses(0.25, 15.0, 12.0, growth=16.0, min_neighbors=3.0, crowding=2.0, agreement=4.0)
     run = flown(rule, scenario, 0, max_range=20.0, predator_sensing_range=0.0)
     has_stopped = np.zeros(20, bool)
     for t, ranges in enumerate(run.interaction_ranges):

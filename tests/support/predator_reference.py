@@ -25,9 +25,7 @@ PACKS: dict[str, Any] = {
     "nearest": lambda s: [sc.PurePursuit(*s[0]), sc.PurePursuit(*s[1], max_turn_rate=0.4, **FAST)],
     "centroid": lambda s: [sc.PurePursuit(*s[0], target="centroid", **FAST)],
     "most isolated": lambda s: [sc.PurePursuit(*s[0], target="most_isolated", **FAST)],
-    "assigned": lambda s: [
-        sc.PurePursuit(*start, max_turn_rate=2.0, target="assigned", **FAST) for start in s
-    ],
+    "assigned": lambda s: [sc.PurePursuit(*at, max_turn_rate=2.0, target="assigned", **FAST) for at in s],
     "intercept": lambda s: [
         sc.Intercept(*s[0]),
         sc.Intercept(*s[1], max_turn_rate=2.0, navigation_constant=4.0, **FAST),

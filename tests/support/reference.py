@@ -167,9 +167,7 @@ def zones_direction(law: Zones, offsets: Floats, velocities: Floats) -> Floats:
 def swarming_velocity(law: FirstOrder, offsets: Floats) -> Floats:
     """Return n times the velocity of an agent with other neighbors at ``offsets``."""
     apart = offsets[offsets.any(axis=1)]
-    return (law.attraction * apart - law.repulsion * apart / (apart**2).sum(axis=1, keepdims=True)).sum(
-        axis=0
-    )
+    return (law.attraction * apart - law.repulsion * apart / (apart**2).sum(axis=1, keepdims=True)).sum(0)
 
 
 def length(vector: Floats) -> float:

@@ -206,12 +206,10 @@ def test_every_option_is_checked_or_free() -> None:
 
 def test_untrained_rules_and_random_ranges_play_with_the_ranges_and_the_rate_of_the_task() -> None:
     bounds = {"max_range": 40.0, "steps_per_action": 4}
-    for policy in ("listen-while-threatened", "random", policies.StubbornLeaders(interaction_range=99.0)):
-        entry = LOCAL.setup(policy)
+    for each in ("listen-while-threatened", "random", policies.StubbornLeaders(interaction_range=99.0)):
+        entry = LOCAL.setup(each)
         assert {name: getattr(entry.options, name) for name in bounds} == bounds
-        ranges = simulate(
-            FlockScenario(num_steps=8), policy=policy, seed=0, **LOCAL.options
-        ).interaction_ranges
+        ranges = simulate(FlockScenario(num_steps=8), policy=each, seed=0, **LOCAL.options).interaction_ranges
         assert ranges.max() <= 40.0
         assert (ranges[0] == ranges[3]).all()
     assert LOCAL.setup(policies.FixedRange(150.0)).options.max_range == 150.0

@@ -93,9 +93,7 @@ def test_every_kind_of_field_can_be_set(name: str, cli: Cli) -> None:
 
 
 @pytest.mark.parametrize(("suffix", "encoding"), [(".TOML", "utf-8-sig"), (".json", "utf-8")])
-def test_a_scenario_comes_from_a_file_and_is_changed(
-    suffix: str, encoding: str, cli: Cli, tmp_path: Path
-) -> None:
+def test_a_scenario_of_a_file_is_changed(suffix: str, encoding: str, cli: Cli, tmp_path: Path) -> None:
     path, pursuer = tmp_path / f"storm{suffix}", PurePursuit(velocity=(12.0, 0.0))
     scenario = SMALL.replace(num_agents=3, mass=(0.1, 1.0, 2.0), predators=(pursuer,))
     written = scenario.replace(num_steps=30)

@@ -46,7 +46,7 @@ VIEWS: list[tuple[bool, dict[str, Any]]] = [
 far = partial(EnvOptions, action_mode="range", max_range=100.0)
 UNEVEN = {"inputs": ["time"], "hidden": [3], "ranges": [0.3, 7.3, 17.9]}
 """A network that chooses from ranges that are no float32."""
-TORUS = pytest.param(fe.FlockScenario(predators=(), periodic_side=60.0, initial_side=60.0), id="torus")
+BOX = pytest.param(fe.FlockScenario(predators=(), periodic_side=60.0, initial_side=60.0), id="torus")
 EPISODE = {"kind": "episode", "scenario": "{}", "options": "{}", "seed": "0", "actions": [[[1.0], []]]}
 ZEROS = [0.0] * 600
 REFUSED: list[tuple[str, Any, str]] = [
@@ -233,9 +233,7 @@ def test_files_that_python_refuses_are_refused_by_name(tmp_path: Path) -> None:
             assert name in found
 
 
-@pytest.mark.parametrize(
-    "scenario", ["paper-flock", "topological", "voronoi", "field-of-view", "space", TORUS]
-)
+@pytest.mark.parametrize("scenario", ["paper-flock", "topological", "voronoi", "field-of-view", "space", BOX])
 def test_neighbor_graphs_are_the_same(scenario: fe.FlockScenario | str) -> None:
     run, rng = fe.simulate(scenario, 12.0, seed=SEED), np.random.default_rng(SEED)
     n = run.scenario.num_agents

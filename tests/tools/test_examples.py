@@ -23,9 +23,7 @@ from flockesc_env.watch.page import render, replay
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SHORT = ("--iterations", "1", "--flocks", "1", "--held-out", "4")
-GAIN = re.compile(
-    r"^([+-]\d+\.\d) m \[([+-]\d+\.\d), ([+-]\d+\.\d)\] over the best fixed range$", re.MULTILINE
-)
+GAIN = re.compile(r"(?m)^([+-]\d+\.\d) m \[([+-]\d+\.\d), ([+-]\d+\.\d)\] over the best fixed range$")
 FLOCK = fe.FlockScenario(num_agents=20, num_steps=12)
 RUN = fe.simulate(FLOCK, 10.0, seed=1)
 NOTEBOOKS = sorted((Path(__file__).parents[2] / "examples").glob("*.ipynb"))

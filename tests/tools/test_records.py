@@ -35,9 +35,7 @@ RUNS = {
     ),
     "learned predator": lambda: fe.simulate(FLOCK.replace(predators=(Learned(),)), 10.0, seed=3),
     "line": lambda: fe.simulate_line(fe.LineScenario(), 0.1, seed=3),
-    "line, given": lambda: fe.simulate_line(
-        fe.LineScenario(num_agents=3), 0.1, initial_state=[0.1, 0.5, 0.9]
-    ),
+    "line, given": lambda: fe.simulate_line(fe.LineScenario(num_agents=3), 0.1, initial_state=[0.1, 0.5, 1]),
     "line, no predator": lambda: fe.simulate_line(fe.LineScenario(predator_position=None), 0.2, seed=3),
     **{f"part {case.id}": partial(with_part, *case.values) for case in PARTS},
 }

@@ -124,9 +124,7 @@ def test_the_window_shows_the_same_pixels_as_arrays(interface: str) -> None:
 
 
 @every
-def test_an_environment_needs_pygame_at_its_first_picture(
-    interface: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_pygame_is_needed_at_the_first_picture(interface: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """stable-baselines3 makes environments with ``render_mode="rgb_array"``."""
     monkeypatch.delitem(sys.modules, "flockesc_env.render.picture")
     monkeypatch.setattr("flockesc_env.common.extras.find_spec", lambda _: None)
