@@ -17,12 +17,6 @@ from flockesc_env.scenario import Learned
 
 FLOCK_ID = "flockesc_env:flockesc/FlockEscape-v1"
 LINE_ID = "flockesc_env:flockesc/LineEscape-v1"
-
-
-def every_option(**values: tuple[Any, ...]) -> pytest.MarkDecorator:
-    return pytest.mark.parametrize("options", table.covering(**values), ids=table.label)
-
-
 pytestmark = pytest.mark.filterwarnings(
     # PettingZoo's suites pass options={"options": 1}.
     "ignore:reset\\(\\) ignores unknown options:UserWarning",
@@ -36,6 +30,10 @@ pytestmark = pytest.mark.filterwarnings(
     # The only flock is called `flock`.
     "ignore:We recommend agents to be named in the format:UserWarning",
 )
+
+
+def every_option(**values: tuple[Any, ...]) -> pytest.MarkDecorator:
+    return pytest.mark.parametrize("options", table.covering(**values), ids=table.label)
 
 
 def check_single(name: str, scenario: FlockScenario | LineScenario, options: dict[str, Any]) -> None:

@@ -13,13 +13,11 @@ import pytest
 from golden_episodes import GOLDEN as FILE
 from golden_episodes import SEED, cases, hashed, hashes, updated
 from masked_cpu import each_level, run_masked
-from option_table import DIMENSIONS, EVERY_STEP, small_flock
+from option_table import EVERY_STEP, dimensions, small_flock
 from same import plain, same
 
 import flockesc_env as fe
-from flockesc_env import FlockEscapeEnv, LineEscapeEnv, LineScenario, parallel_env
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.policies import FixedRange, StubbornLeaders
 from flockesc_env.scenario import Inertial, Reynolds
 
 GOLDEN, NETWORKS = (json.loads(file.read_text()) for file in (FILE, FILE.with_name("network_outcomes.json")))
@@ -33,6 +31,12 @@ print(json.dumps([features["AVX2"], features["AVX512F"], *hashes]))
 """
 
 PROCESSES, ENVIRONMENTS, RESETS = 4, 25, 100
+UNSEEDED: list[tuple[Any, Any]] = [
+    *((make, small_flock()) for make in (fe.FlockEscapeEnv, fe.parallel_env, BatchVectorEnv)),
+    (fe.LineEscapeEnv, fe.LineScenario(num_agents=5)),
+]
+SEEDS = range(13)
+THREADS = [None, 1, 2, 3, 7]
 
 
 @pytest.mark.parametrize("num_threads", [1, 4])
@@ -75,12 +79,6 @@ def test_another_seed_is_another_episode() -> None:
     assert not set(others.values()) & set(GOLDEN.values())
 
 
-UNSEEDED: list[tuple[Any, Any]] = [
-    *((make, small_flock()) for make in (FlockEscapeEnv, parallel_env, BatchVectorEnv)),
-    (LineEscapeEnv, LineScenario(num_agents=5)),
-]
-
-
 def unseeded(_: int) -> list[str]:
     """Return the first observations of new environments of every interface after resets without a seed."""
     seen = []
@@ -101,11 +99,6 @@ def test_resets_without_a_seed_never_repeat(method: str) -> None:
     assert len(set(seen)) == len(seen)
 
 
-SEEDS = range(13)
-THREADS = [None, 1, 2, 3, 7]
-dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
-
-
 @dimensions
 def test_flock_sweep(dimension: int) -> None:
     scenario, ranges = small_flock(dimension, num_agents=40), [0.0, 4.0, 9.0]
@@ -118,7 +111,7 @@ def test_flock_sweep(dimension: int) -> None:
 @pytest.mark.parametrize("per_agent", [False, True])
 def test_rollout(dimension: int, per_agent: bool) -> None:
     scenario = small_flock(dimension, num_agents=40)
-    policy = StubbornLeaders() if per_agent else FixedRange(9.0)
+    policy = fe.StubbornLeaders() if per_agent else fe.FixedRange(9.0)
     options = {**EVERY_STEP, "per_agent": per_agent, "predator_sensing_range": math.inf}
     first, *others = (
         fe.rollout(scenario, policy, SEEDS, batch_size=size, num_threads=count, **options)
@@ -133,10 +126,9 @@ def simulated(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
     names, rng = ("mass", "speed", "repulsion_strength", "alignment_strength"), np.random.default_rng(0)
     traits: dict[str, Any] = {name: rng.uniform(0.5, 2, 5000) * getattr(scenario, name) for name in names}
     noisy = scenario.replace(angular_noise=0.5, sensing_noise=0.5, sensing_delay=2, **traits)
-    scenarios = (scenario, noisy.replace(motion=Inertial()), noisy.replace(motion=Reynolds()))
     return [
         fe.simulate(each, rho, seed=2, num_threads=num_threads)
-        for each in scenarios
+        for each in (scenario, noisy.replace(motion=Inertial()), noisy.replace(motion=Reynolds()))
         for rho in (6.0, np.linspace(0.0, 20.0, 5000))
     ]
 

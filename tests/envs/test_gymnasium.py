@@ -19,13 +19,19 @@ from same import spoil
 
 import flockesc_env as fe
 from flockesc_env import flockesc_v1
-from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.envs.pettingzoo import FlockParallelEnv
 from flockesc_env.episodes.spaces import RangeActions
 from flockesc_env.scenario import Learned
-from flockesc_env.scenario.options import EnvOptions
 
 RHO = 25.0  # action -0.5 of [0, 100]
+HUNTERS = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
+SCENARIOS = {
+    "plain": small_flock(),
+    "capture": hunted(),
+    "two hunters": small_flock(num_agents=12, predators=HUNTERS),
+    "hunters that catch some": small_flock(3, num_agents=12, predators=HUNTERS, capture_radius=12.0),
+    "hunters that catch all": small_flock(num_agents=12, predators=HUNTERS, capture_radius=500.0),
+}
 
 
 def test_discrete_grid() -> None:
@@ -42,7 +48,7 @@ def test_discrete_grid() -> None:
 def test_normalized_actions_are_a_linear_map() -> None:
     rng = np.random.default_rng(0)
     for low, high in np.sort(10 ** rng.uniform(-3, 3, (200, 2))).tolist():
-        actions = RangeActions(EnvOptions(min_range=low, max_range=high))
+        actions = RangeActions(fe.EnvOptions(min_range=low, max_range=high))
         ranges = rng.uniform(low, high, 100)
         error = np.abs(actions.to_ranges(actions.from_ranges(ranges), 100) - ranges)
         assert error.max() <= 2 * np.spacing(high)
@@ -51,7 +57,7 @@ def test_normalized_actions_are_a_linear_map() -> None:
         assert actions.to_ranges(grid, 1000).tolist() == expected.tolist()
         twin = pickle.loads(pickle.dumps(actions.core))  # noqa: S301, our own
         assert twin.of_array(grid.astype(float)).tolist() == expected.tolist()
-        with pytest.raises(InputError, match="NaN"):
+        with pytest.raises(fe.InputError, match="NaN"):
             actions.to_range(np.array([np.nan]))
 
 
@@ -194,16 +200,6 @@ def test_conversions_play_the_same_episode(per_agent: bool, scenario: Any) -> No
     assert not clipped.agents
 
 
-HUNTERS = (Learned((10.0, 10.0), (5.0, 0.0)), Learned((20.0, 20.0), (0.0, -5.0)))
-SCENARIOS = {
-    "plain": small_flock(),
-    "capture": hunted(),
-    "two hunters": small_flock(num_agents=12, predators=HUNTERS),
-    "hunters that catch some": small_flock(3, num_agents=12, predators=HUNTERS, capture_radius=12.0),
-    "hunters that catch all": small_flock(num_agents=12, predators=HUNTERS, capture_radius=500.0),
-}
-
-
 def as_dicts(result: Any, names: list[str], reward: str) -> list[dict[str, Any]]:
     """Return what ``step`` must return for all agents if ``step_array`` returned these arrays."""
     rows, rewards, terminations, truncations, info = result
@@ -280,5 +276,5 @@ def test_dicts_equal_the_arrays(
             terminations = terminations.copy()
             spoil((stepped, in_turn, result, actions, in_flock, pushes))
     for call in (lambda: arrays.step_array(in_flock, pushes), lambda: mixed.step({})):
-        with pytest.raises(FlockescError):
+        with pytest.raises(fe.FlockescError):
             call()

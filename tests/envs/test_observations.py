@@ -149,10 +149,3 @@ def test_candidates_are_what_the_agents_hear_after_they_chose_them(changes: dict
             # The frame has turned; the length has not.
             lengths = np.linalg.norm(heard, axis=1), np.linalg.norm(told, axis=1)
             np.testing.assert_allclose(*lengths, atol=1e-6)
-
-
-@pytest.mark.parametrize(("frozen_graph", "per_agent"), [(True, True), (False, False)])
-def test_flocks_without_a_profile_are_refused(frozen_graph: bool, per_agent: bool) -> None:
-    scenario, options = fe.FlockScenario(frozen_graph=frozen_graph), fe.EnvOptions(profile_ranges=RANGES)
-    with pytest.raises(fe.InputError, match="profile_ranges: expected none with"):
-        FlockBatch(scenario, options, per_agent=per_agent)

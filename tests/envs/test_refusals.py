@@ -23,7 +23,6 @@ from stable_baselines3.common.vec_env import VecMonitor
 
 import flockesc_env as fe
 from flockesc_env import flockesc_v1, jobs, policies, scenario
-from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.models import neighbor_pairs
 from flockesc_env.models.simulate import run_flock
@@ -35,7 +34,7 @@ from flockesc_env.scenario.options import EnvOptionsDict, LineOptionsDict
 
 
 def refused_field(environment: Any, actions: Any) -> str:
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fe.InputError) as caught:
         environment.step(actions)
     return caught.value.field
 
@@ -54,7 +53,7 @@ def test_who_acts() -> None:
     np.testing.assert_equal(environment.step(actions), twin.step(actions))
     alone = fe.parallel_env(FLOCK)
     alone.reset(seed=0)
-    with pytest.raises(InputError, match="predator_actions"):
+    with pytest.raises(fe.InputError, match="predator_actions"):
         alone.step_array(np.zeros((5, 1), np.float32), np.zeros((1, 2)))
 
 
@@ -90,14 +89,14 @@ def test_rounding_of_predator_actions_in_float32_is_clipped(dimension: int) -> N
     spec = FlockBatch(scenario, fe.EnvOptions()).predator_policy_spec
     np.testing.assert_array_equal(spec.plain(ends[0] * (1 + 3e-7), 2), ends[0])
     for refused in (np.nan, 1 + 1e-6):
-        with pytest.raises(InputError, match=r"predator_actions\[1\]"):
+        with pytest.raises(fe.InputError, match=r"predator_actions\[1\]"):
             spec.plain([[0.0] * dimension, [refused] * dimension], 2)
 
 
 def test_nan_is_not_told_to_clip() -> None:
     env = fe.FlockEscapeEnv(FLOCK)
     for bad, hint in ((np.nan, "a policy that returns NaN has diverged"), (np.inf, "ClipAction clips it")):
-        with pytest.raises(InputError, match=hint):
+        with pytest.raises(fe.InputError, match=hint):
             env.step(np.array([bad]))
 
 
@@ -116,7 +115,7 @@ def test_a_refused_step_leaves_the_memory_of_policies(interface: str) -> None:
         bad["agent_4"] = np.full(1, np.nan)
     else:
         bad[-1] = np.nan
-    with pytest.raises(InputError):
+    with pytest.raises(fe.InputError):
         environment.step(bad)
     assert weave.calls == calls
     np.testing.assert_equal(*(play(each, np.random.default_rng(2), 12) for each in (environment, twin)))
@@ -160,7 +159,7 @@ def test_options_that_do_not_fit_are_named(
     calls: dict[str, Any], scenario: Any, options: dict[str, Any], field: str, words: str
 ) -> None:
     for call in calls.values():
-        with pytest.raises(InputError, match=words) as caught:
+        with pytest.raises(fe.InputError, match=words) as caught:
             call(scenario, **options)
         assert caught.value.field == field
 
@@ -181,7 +180,7 @@ def test_settings_are_not_assigned_through_wrappers() -> None:
     for name in ("scenario", *LineOptionsDict.__annotations__):
         calls = (alone.set_wrapper_attr, several.set_attr, slots.set_attr, VecMonitor(slots).set_attr)
         for call in (*calls, partial(setattr, flockesc_v1.env(small_flock()).unwrapped)):
-            with pytest.raises(InputError, match=f"{name}: .*environment with the new {name}"):
+            with pytest.raises(fe.InputError, match=f"{name}: .*environment with the new {name}"):
                 call(name, "another")
     alone.set_wrapper_attr("note", 7)
     assert alone.get_wrapper_attr("note") == 7
@@ -252,31 +251,19 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: jobs.find_backend("ray2"), "backend"),
     (lambda: jobs.Job("m:f", ({1, 2},), engine="").key, "arguments"),
     (lambda: Replay([("run", fe.simulate(table.FLOCK, 1.0, seed=0))], height=0), "height"),
+    (lambda: fe.parallel_env(reward="teem"), "did you mean team"),
+    (lambda: fe.parallel_env(objective="mean_distance"), "did you mean min_mean_distance"),
+    (lambda: fe.parallel_env(predator_sensing_range=None), "math.inf: agents see the predator at any"),
+    (lambda: fe.rollout("paper-flock", seeds=2), "rollout('paper-flock', 'stubborn-leaders', seeds=2)"),
+    (lambda: fe.rollout(table.FLOCK, 12.0, [0]), "such as FixedRange(12.0) or 'fixed:12.0', got"),
+    (lambda: fe.simulate(table.FLOCK, "fixed:12"), "policy=.. takes a policy"),
 ]
+"""Calls and the field that the error names, or words of the error."""
 
 
-@pytest.mark.parametrize(("call", "field"), CONTRADICTIONS)
-def test_contradictions(call: Callable[[], Any], field: str) -> None:
-    """Arguments that are good by themselves."""
-    with pytest.raises(FlockescError) as caught:
+@pytest.mark.parametrize(("call", "told"), CONTRADICTIONS)
+def test_contradictions(call: Callable[[], Any], told: str) -> None:
+    """Arguments that are good by themselves, and errors that say what to type."""
+    with pytest.raises(fe.FlockescError) as caught:
         call()
-    assert caught.value.field == field
-
-
-@pytest.mark.parametrize(
-    ("call", "told"),
-    [
-        (lambda: fe.parallel_env(reward="teem"), "did you mean team"),
-        (lambda: fe.parallel_env(objective="mean_distance"), "did you mean min_mean_distance"),
-        (lambda: fe.parallel_env(predator_sensing_range=None), "math.inf: agents see the predator at any"),
-        (
-            lambda: fe.rollout("paper-flock", seeds=2),
-            r"rollout\('paper-flock', 'stubborn-leaders', seeds=2\)",
-        ),
-        (lambda: fe.rollout(table.FLOCK, 12.0, [0]), "'fixed:12.0'"),
-        (lambda: fe.simulate(table.FLOCK, "fixed:12"), "policy=.. takes a policy"),
-    ],
-)
-def test_an_error_says_what_to_type(call: Callable[[], Any], told: str) -> None:
-    with pytest.raises(FlockescError, match=told):
-        call()
+    assert told in str(caught.value) if " " in told else told == caught.value.field

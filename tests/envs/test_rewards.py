@@ -1,16 +1,20 @@
-"""Every reward by its definition, through the environments that all other interfaces are compared with."""
+"""Every reward by its definition, through the environments that all other interfaces are compared with.
+
+Also what ranges cost: ``mean_range``, ``mean_heard`` and the option ``range_cost``.
+"""
 
 import copy
 from typing import Any
 
 import numpy as np
 import option_table as table
+import pytest
+import reference
 from objective_values import SERIES
-from option_table import DIMENSIONS, STEPS_PER_ACTION, every_pair, small_flock
+from option_table import DIMENSIONS, STEPS_PER_ACTION, doomed, every_pair, hunted, small_flock
 
 import flockesc_env as fe
 from flockesc_env.models import Trajectory
-from flockesc_env.policies import FixedRange
 from flockesc_env.scenario import ConstantVelocity, Learned, PurePursuit, Topological, Wandering
 
 RHO, MAX_RANGE = 5.0, 8.0
@@ -47,7 +51,7 @@ def rewards_of(interface: str, scenario: fe.FlockScenario, **options: Any) -> np
     options |= {"action_mode": "range", "max_range": MAX_RANGE}
     if interface.startswith("rollout"):
         options["per_agent"] = interface in PER_AGENT
-        return fe.rollout(scenario, FixedRange(RHO), [SEED], **options).mean_return[None]
+        return fe.rollout(scenario, fe.FixedRange(RHO), [SEED], **options).mean_return[None]
     is_flock = interface == "gymnasium"
     env: Any = fe.FlockEscapeEnv(scenario, **options) if is_flock else fe.parallel_env(scenario, **options)
     reset, act = (env.reset, env.step) if is_flock else (env.reset_array, env.step_array)
@@ -176,3 +180,47 @@ def test_line_return_is_the_change_of_the_escape_distance(
     assert terminated == fe.simulate_line(scenario, 0.25, seed=SEED).converged
     if reward == "terminal":
         assert set(rewards[:-1]) <= {0.0}
+
+
+@pytest.mark.parametrize("policy", ["fixed:12.5", "stubborn-leaders"])
+@pytest.mark.parametrize("scenario", [small_flock(), hunted(3), doomed()], ids=["small", "hunted", "caught"])
+def test_the_load_of_a_flock(scenario: fe.FlockScenario, policy: str) -> None:
+    run = fe.simulate(scenario, policy=policy, seed=3)
+    assert (run.caught_at >= 0).any() == (scenario.capture_radius is not None)
+    mean_range, mean_heard = reference.load_of(run)
+    played = fe.rollout(scenario, policy, [5, 3])
+    assert played.mean_heard[1] == mean_heard > 0
+    np.testing.assert_allclose(played.mean_range[1], mean_range, rtol=1e-14)
+    if policy == "fixed:12.5":
+        assert played.mean_range.tolist() == [12.5, 12.5]
+        each = fe.rollout(scenario, policy, [5, 3], per_agent=True)
+        np.testing.assert_array_equal(each.mean_heard, played.mean_heard)
+        np.testing.assert_array_equal(each.mean_range, played.mean_range)
+
+
+@pytest.mark.parametrize("reward", table.AGENT_REWARDS)
+def test_range_cost_lowers_the_reward_of_every_action_as_a_wrapper_would(reward: Any) -> None:
+    options: Any = {"reward": reward, "action_mode": "range", "steps_per_action": 3}
+    plain, costly = (fe.parallel_env(hunted(), range_cost=cost, **options) for cost in (0.0, 0.01))
+    for env in (plain, costly):
+        env.reset_array(seed=3)
+    rng, alive = np.random.default_rng(0), np.ones(9, bool)
+    while plain.agents:
+        ranges = rng.uniform(0, 20, (9, 1))
+        (_, expected, ended, *_), (_, rewards, *_) = (env.step_array(ranges) for env in (plain, costly))
+        paid = ranges[:, 0] if reward in table.INDIVIDUAL_REWARDS else ranges[alive].mean()
+        assert (rewards[~alive] == 0).all()
+        np.testing.assert_allclose(rewards[alive], (expected - 0.01 * paid)[alive], rtol=0, atol=1e-14)
+        if reward in table.INDIVIDUAL_REWARDS:
+            np.testing.assert_array_equal(rewards[alive], (expected - 0.01 * paid)[alive])
+        alive = ~ended
+    assert not alive.all()
+
+
+def test_a_restored_episode_continues_its_load() -> None:
+    env = fe.FlockEscapeEnv(action_mode="range", steps_per_action=2)
+    env.reset(seed=3)
+    env.step(np.array([0.5]))
+    env.set_state(env.get_state())
+    env.step(np.array([0.25]))
+    assert env._batch.core.metrics()["mean_range"] == 0.375

@@ -15,7 +15,6 @@ from stable_baselines3.common.vec_env import DummyVecEnv, VecMonitor, VecNormali
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 import flockesc_env as fe
-from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.episodes.splits import TUNING
 from flockesc_env.policies import Pursue
@@ -109,20 +108,11 @@ def test_a_refused_reset_leaves_no_trace(per_agent: bool) -> None:
         each.seed(3)
         each.reset()
         each.seed(8)
-    with pytest.raises(InputError, match="seed of the last flock"):
+    with pytest.raises(fe.InputError, match="seed of the last flock"):
         env.seed(2**64 - 1)
-    bad = {
-        "initial_positions": {"initial_positions": np.zeros((4, 2))},
-        "predator_velocities[0, 0]": {"predator_velocities": np.full((1, 2), np.nan)},
-        "options['episode']": {"episode": -1},
-        "options['positions']": {"positions": 0},
-    }
-    half = env.num_envs // 2
-    for field, options in bad.items():
-        env.set_options([{}] * half + [options] * half)
-        with pytest.raises(InputError) as caught:
-            env.reset()
-        assert caught.value.field == field
+    env.set_options([{}] * (env.num_envs // 2) + [{"episode": -1}] * (env.num_envs // 2))
+    with pytest.raises(fe.InputError, match=r"^options\['episode'\]: "):
+        env.reset()
     env.set_options()
     actions = draw(env, np.random.default_rng(0))
     np.testing.assert_equal(env.step(actions), twin.step(actions))
@@ -157,7 +147,7 @@ def test_a_slot_per_line(scenario: Any) -> None:
     env = vec_env(scenario, 2, reward="terminal")
     assert [spec.id for spec in env.get_attr("spec")] == ["flockesc/LineEscape-v1"] * 2
     VecNormalize(VecMonitor(env)).reset()
-    with pytest.raises(InputError, match="per_agent"):
+    with pytest.raises(fe.InputError, match="per_agent"):
         vec_env(scenario, per_agent=True)
 
 
@@ -213,5 +203,5 @@ def test_a_model_becomes_a_run_in_one_line(wrap: Any, tmp_path: Path, cli: Cli) 
 
 def test_the_callback_refuses_other_environments() -> None:
     model = A2C("MlpPolicy", DummyVecEnv([lambda: fe.FlockEscapeEnv(small_flock())]), device="cpu")
-    with pytest.raises(InputError, match=r"model.env: expected an environment of Task.vec_env"):
+    with pytest.raises(fe.InputError, match=r"model.env: expected an environment of Task.vec_env"):
         model.learn(5, callback=FlockEvalCallback(5))

@@ -27,7 +27,6 @@ from same import plain, spoil
 from stable_baselines3.common.vec_env import VecEnv
 
 import flockesc_env as fe
-from flockesc_env.common.errors import FlockescError, InputError
 
 NAMES = [name for name, adapter in ADAPTERS.items() if adapter.has_states]
 PACKAGE = str(Path(fe.__file__).parent)
@@ -109,7 +108,7 @@ class Machine(RuleBasedStateMachine):
     @initialize(seed=seeds, drawn=draws)
     def start(self, seed: int, drawn: int) -> None:
         """Before the first reset. A copy of an environment without a seed starts the same episodes."""
-        with pytest.raises(FlockescError, match="reset"):
+        with pytest.raises(fe.FlockescError, match="reset"):
             self.env.get_state()
         ready = copy.deepcopy(self.env)
         started = plain(start(ready))
@@ -130,7 +129,7 @@ class Machine(RuleBasedStateMachine):
     @precondition(lambda self: self.has_ended)
     @rule(drawn=draws)
     def step_after_the_end(self, drawn: int) -> None:
-        with pytest.raises(FlockescError, match="after the end"):
+        with pytest.raises(fe.FlockescError, match="after the end"):
             self.env.step(self.action(drawn))
 
     @precondition(lambda self: self.checks_actions)
@@ -141,7 +140,7 @@ class Machine(RuleBasedStateMachine):
             actions[max(actions)] = np.full(np.shape(actions[max(actions)]), part)
         else:
             actions = np.full(np.shape(actions), part)
-        with pytest.raises(InputError):
+        with pytest.raises(fe.InputError):
             self.env.step(actions)
 
     @precondition(lambda self: self.checks_actions)
@@ -177,7 +176,7 @@ class Machine(RuleBasedStateMachine):
     @rule(name=st.sampled_from(["scenario", "options", "render_mode", "max_range", "reward"]))
     def assign_a_setting(self, name: str) -> None:
         env, before = self.env, getattr(self.env, name, None)
-        with pytest.raises(InputError, match=f"^{name}: expected no assignment after creation"):
+        with pytest.raises(fe.InputError, match=f"^{name}: expected no assignment after creation"):
             setattr(env, name, "another")
         assert getattr(env, name, None) is before
         spaces = {name: each for name, each in vars(env).items() if "space" in name}

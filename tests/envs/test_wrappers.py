@@ -157,11 +157,8 @@ def test_the_loop_of_stable_baselines3(name: str, tmp_path: Path) -> None:
     model.learn(steps, callback=[checkpoints, evaluations, flocks]).save(tmp_path / "last")
     assert np.isfinite(evaluations.best_mean_reward)
     assert flocks.num_episodes == 4  # at the start and at the end
-    assert {path.stem for path in tmp_path.rglob("*.zip")} == {
-        "best_model",
-        "last",
-        f"rl_model_{steps}_steps",
-    }
+    models = {"best_model", "last", f"rl_model_{steps}_steps"}
+    assert {path.stem for path in tmp_path.rglob("*.zip")} == models
     rows, last = judge.reset(), stable_baselines3.A2C.load(tmp_path / "last", device="cpu")
     np.testing.assert_array_equal(*(each.predict(rows, deterministic=True)[0] for each in (model, last)))
     file = tmp_path / f"rl_model_vecnormalize_{steps}_steps.pkl"

@@ -23,10 +23,30 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.jobs import Cache, Job, JobError, find_backend, run, run_jobs
 
 NUMBERS = [(number,) for number in range(12)]
-needs_submitit = pytest.mark.skipif(
-    not find_spec("submitit"), reason="submitit is not installed (extra slurm)"
-)
+needs_submitit = pytest.mark.skipif(not find_spec("submitit"), reason="no submitit (extra slurm)")
 BACKENDS = ["serial", "processes:2", pytest.param("slurm:cluster=local", marks=needs_submitit)]
+Start = Callable[[str, int], "subprocess.Popen[str]"]
+CALL = 'run_jobs(own, [(n,) for n in range(99)], cache="cache", backend="processes:1")'
+OWN = "from flockesc_env.jobs import run_jobs\ndef own(n): return {'x': n}\n"
+GUARDED = f'{OWN}if __name__ == "__main__":\n    print(len({CALL}))'
+SCRIPTS = {
+    **dict.fromkeys(("my-scan.py", "01_scan.py", "scan v2.py"), (GUARDED, [])),
+    "scan.v2.py": (GUARDED, ["scan.v2.py, which is not found as the module 'scan.v2': rename it"]),
+    "safe.py": (GUARDED, ["safe.py, which is not found as the module 'safe': rename it"]),
+    # Workers are not started for ever.
+    "unguarded.py": (OWN + CALL, ["99 of 99 jobs failed", 'needs `if __name__ == "__main__":`']),
+}
+DAMAGES: list[Callable[[bytes, bytes], bytes]] = [
+    lambda whole, _: b"",
+    lambda whole, _: whole[: len(whole) // 2],
+    lambda whole, _: whole[:-1],
+    lambda whole, _: bytes(len(whole)),
+    lambda whole, _: whole[:40] + bytes([whole[40] ^ 1]) + whole[41:],
+    lambda whole, _: whole[:-40],
+    lambda _, other: other,
+    lambda _, other: npz(square=np.array(np.nan)),
+]
+"""Empty, truncated, zeros, a flipped bit, without a hash, of another job, arrays of another kind."""
 
 
 @pytest.fixture(autouse=True)
@@ -132,22 +152,8 @@ def test_a_file_named_like_a_module_of_python_does_not_replace_it_in_workers(
     assert ended.returncode == 0, ended.stderr
 
 
-CALL = 'run_jobs(own, [(n,) for n in range(99)], cache="cache", backend="processes:1")'
-OWN = "from flockesc_env.jobs import run_jobs\ndef own(n): return {'x': n}\n"
-GUARDED = f'{OWN}if __name__ == "__main__":\n    print(len({CALL}))'
-SCRIPTS = {
-    **dict.fromkeys(("my-scan.py", "01_scan.py", "scan v2.py"), (GUARDED, [])),
-    "scan.v2.py": (GUARDED, ["scan.v2.py, which is not found as the module 'scan.v2': rename it"]),
-    "safe.py": (GUARDED, ["safe.py, which is not found as the module 'safe': rename it"]),
-    # Workers are not started for ever.
-    "unguarded.py": (OWN + CALL, ["99 of 99 jobs failed", 'needs `if __name__ == "__main__":`']),
-}
-
-
 @pytest.mark.parametrize("name", SCRIPTS)
-def test_a_script_works_or_is_told_the_cause(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_script_works_or_is_told_why(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     script, causes = SCRIPTS[name]
     (tmp_path / name).write_text(script)
@@ -180,9 +186,6 @@ def test_a_system_without_workers_or_stderr(tmp_path: Path, monkeypatch: pytest.
                 run_jobs(square, NUMBERS, cache=cache, backend="processes:2")
     monkeypatch.setattr(sys, "stderr", None)
     assert squares(run_jobs(square, NUMBERS[:2], cache=cache, backend="serial", progress=True)) == [0, 1]
-
-
-Start = Callable[[str, int], "subprocess.Popen[str]"]
 
 
 @pytest.fixture
@@ -266,19 +269,6 @@ def test_workers_take_one_thread(backend: str, tmp_path: Path, monkeypatch: pyte
     [found] = run([Job("backends:threads", ())], Cache(tmp_path), find_backend(backend))
     assert (int(found["engine"]), int(found["blas"])) == (1, 1)
     assert os.environ["OMP_NUM_THREADS"] == "7"
-
-
-DAMAGES: list[Callable[[bytes, bytes], bytes]] = [
-    lambda whole, _: b"",
-    lambda whole, _: whole[: len(whole) // 2],
-    lambda whole, _: whole[:-1],
-    lambda whole, _: bytes(len(whole)),
-    lambda whole, _: whole[:40] + bytes([whole[40] ^ 1]) + whole[41:],
-    lambda whole, _: whole[:-40],
-    lambda _, other: other,
-    lambda _, other: npz(square=np.array(np.nan)),
-]
-"""Empty, truncated, zeros, a flipped bit, without a hash, of another job, arrays of another kind."""
 
 
 @pytest.mark.parametrize("backend", BACKENDS)

@@ -15,8 +15,7 @@ import numpy as np
 import pytest
 from backends import SQUARE, calls, jobs_of, note_calls
 
-from flockesc_env import FlockScenario, LineScenario
-from flockesc_env.common.errors import InputError
+from flockesc_env import FlockScenario, InputError, LineScenario
 from flockesc_env.jobs import Cache, Job, JobError, find_backend, run
 
 

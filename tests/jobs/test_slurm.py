@@ -132,11 +132,7 @@ def test_a_cache_whose_path_slurm_would_change_is_refused(name: str, tmp_path: P
 def test_chunks_take_about_ten_minutes_and_fit_an_array() -> None:
     seconds = [900.0, 300.0, 200.0, 200.0, 1.0]
     jobs = [Job("backends:square", (number,), size) for number, size in enumerate(seconds)]
-    assert [[job.seconds for job in chunk] for chunk in slurm.chunked(jobs)] == [
-        [900.0],
-        [300.0, 200.0],
-        [200.0, 1.0],
-    ]
+    chunks = [[job.seconds for job in chunk] for chunk in slurm.chunked(jobs)]
+    assert chunks == [[900.0], [300.0, 200.0], [200.0, 1.0]]
     assert [job for chunk in slurm.chunked(jobs) for job in chunk] == jobs
-    many = [Job("backends:square", (0,), 599.0)] * 5_000
-    assert len(slurm.chunked(many)) <= slurm.MAX_CHUNKS
+    assert len(slurm.chunked([Job("backends:square", (0,), 599.0)] * 5_000)) <= slurm.MAX_CHUNKS

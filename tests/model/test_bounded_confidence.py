@@ -94,8 +94,7 @@ def test_a_long_chain_loses_a_group_at_either_end_every_five_steps(n: int) -> No
 
 
 def dumbbell(n: int) -> States:
-    chain = equally_spaced(n + 1)
-    return [Fraction(-1, n)] * n + chain + [n + Fraction(1, n)] * n
+    return [Fraction(-1, n)] * n + equally_spaced(n + 1) + [n + Fraction(1, n)] * n
 
 
 @pytest.mark.parametrize("n", [2, 3, 4, 5])

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from argument_table import MOTIONS
 from option_table import DIMENSIONS, every_pair, small_flock
 
 import flockesc_env as fe
@@ -28,14 +29,6 @@ RULES: dict[str, dict[str, Any]] = {
         },
     },
 }
-MOTIONS = (
-    sc.Inertial(),
-    sc.Vicsek(),
-    sc.Reynolds(1.3, 0.7, 4.1),
-    sc.PreferredDistance(1.3, 4.1, 0.7),
-    sc.Zones(1.3, 4.1, 7.0),
-    sc.FirstOrder(41.0, 0.7),
-)
 # By names that say what is their own; none of them draws, or prefers a side.
 PREDATORS: dict[str, tuple[Any, ...]] = {
     "straight": (sc.ConstantVelocity((-3.0, -5.0), (11.0, 7.0)),),
@@ -55,6 +48,7 @@ DRAWING = (
 )
 
 settings = every_pair(rule=RULES, predator=PREDATORS, dimension=DIMENSIONS)
+VECTORS = ("position", "velocity")
 
 
 def scenarios(dimension: int, rule: str, predator: str) -> list[fe.FlockScenario]:
@@ -67,9 +61,6 @@ def scenarios(dimension: int, rule: str, predator: str) -> list[fe.FlockScenario
     )
     shared = {"num_agents": N, "num_steps": STEPS, "predators": hunters, **RULES[rule]}
     return [small_flock(dimension, motion=motion, **shared) for motion in MOTIONS]
-
-
-VECTORS = ("position", "velocity")
 
 
 def start(dimension: int) -> tuple[np.ndarray, np.ndarray]:
@@ -94,10 +85,6 @@ def isometries(dimension: int) -> list[tuple[np.ndarray, np.ndarray]]:
     mirrors = [(np.diag(signs), none) for signs in np.where(np.eye(dimension), -1.0, 1.0)]
     swap = one[[1, 0, *range(2, dimension)]]  # a circle of predators lies in the plane of these two axes
     return [*turns, *mirrors, (swap, none), (one, np.full(dimension, 64.0)), (-one, none - 17.0)]
-
-
-def test_every_motion_is_here() -> None:
-    assert {motion.kind for motion in MOTIONS} == set(fe._core.kinds()["motions"])
 
 
 @settings

@@ -6,23 +6,25 @@ from typing import Any
 
 import numpy as np
 import pytest
+from argument_table import MOTIONS
 from option_table import DIMENSIONS, UNLIKE, every_pair, hunted, small_flock
 from predator_reference import PACKS
 
 import flockesc_env as fe
-from flockesc_env import scenario as sc
 from flockesc_env.models import Flock, Trajectory, neighbor_pairs, rotation
 from flockesc_env.watch import write_page
 
 STATES = ("positions", "velocities", "predator_positions")
-LAWS: dict[str, Any] = {
-    "inertial": {},
-    "literal": {"constant_speed": False},
-    "vicsek": {"motion": sc.Vicsek()},
-    "reynolds": {"motion": sc.Reynolds()},
-    "preferred distance": {"motion": sc.PreferredDistance()},
-    "zones": {"motion": sc.Zones(), "sensing_noise": 0.0},
-    "first order": {"motion": sc.FirstOrder(repulsion=1.0, attraction=0.1)},
+LAWS: dict[str, Any] = {motion.kind: {"motion": motion} for motion in MOTIONS}
+LAWS |= {"literal": {"constant_speed": False}, "zones": {**LAWS["zones"], "sensing_noise": 0.0}}
+BAD: dict[str, Callable[[Flock], Any]] = {
+    "shape": lambda _: np.zeros((5, 3)),
+    "finite": lambda _: np.full((5, 2), np.nan),
+    "large": lambda _: np.full((5, 2), 1e21),
+    "steps": lambda flock: flock.step(1.0),
+    "restores": lambda flock: flock.set_state(b""),
+    "moves": lambda flock: setattr(flock, "positions", flock.positions),
+    "turns": lambda flock: setattr(flock, "velocities", flock.velocities),
 }
 
 
@@ -39,10 +41,6 @@ def assert_at(flock: Flock, run: Trajectory, step: int) -> None:
         np.testing.assert_array_equal(getattr(flock, name), getattr(run, name)[step], name)
     np.testing.assert_array_equal(flock.caught, run.is_caught[step])
     assert flock.time == run.times[step]
-
-
-def test_every_law_is_continued() -> None:
-    assert {flock_of("", law, 2).motion.kind for law in LAWS} == set(fe._core.kinds()["motions"])
 
 
 @every_pair(pack=("", *PACKS), law=LAWS, dimension=DIMENSIONS)
@@ -130,17 +128,6 @@ def test_an_extra_force_is_added_to_that_of_the_model() -> None:
     np.testing.assert_allclose(flock.velocities, before + push * 0.05 / 0.1, rtol=1e-14)
 
 
-BAD: dict[str, Callable[[Flock], Any]] = {
-    "shape": lambda _: np.zeros((5, 3)),
-    "finite": lambda _: np.full((5, 2), np.nan),
-    "large": lambda _: np.full((5, 2), 1e21),
-    "steps": lambda flock: flock.step(1.0),
-    "restores": lambda flock: flock.set_state(b""),
-    "moves": lambda flock: setattr(flock, "positions", flock.positions),
-    "turns": lambda flock: setattr(flock, "velocities", flock.velocities),
-}
-
-
 @pytest.mark.parametrize("force", BAD.values(), ids=BAD)
 def test_a_bad_force_is_refused_by_name(force: Callable[[Flock], Any]) -> None:
     def pushed(flock: Flock) -> Any:
@@ -148,9 +135,8 @@ def test_a_bad_force_is_refused_by_name(force: Callable[[Flock], Any]) -> None:
 
     flock, twin = (Flock(small_flock(), seed=1, extra_force=pushed) for _ in range(2))
     twin.step(5.0)
-    with pytest.raises(fe.InputError) as caught:
+    with pytest.raises(fe.InputError, match=r"^extra_force"):
         flock.step(5.0, 3)
-    assert caught.value.field.startswith("extra_force")
     assert flock.get_state() == twin.get_state()
 
 
@@ -171,10 +157,6 @@ def test_a_thinned_run_is_a_part_of_the_whole_one() -> None:
         with pytest.raises(fe.InputError, match="a run that has recorded positions, got one without"):
             needs(part)
     for incomplete in (part, fe.simulate(scenario, 3.0, every=5)):
-        for needs in (
-            fe.replay_run,
-            partial(fe.save_run, path="run.npz"),
-            partial(write_page, path="a.html"),
-        ):
+        for needs in (fe.replay_run, partial(fe.save_run, path="a.npz"), partial(write_page, path="a.html")):
             with pytest.raises(fe.InputError, match="all columns in every step"):
                 needs(incomplete)

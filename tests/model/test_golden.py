@@ -39,19 +39,14 @@ def test_line(case: Case) -> None:
     np.testing.assert_allclose(run.escape_distance[-1], expected, rtol=0, atol=1e-9)
 
 
-RUNS = [(flock, run) for flock in FLOCKS for run in flock["runs"]]
-
-
-@pytest.mark.parametrize(("flock", "run"), RUNS)
+@pytest.mark.parametrize(("flock", "run"), [(flock, run) for flock in FLOCKS for run in flock["runs"]])
 def test_flock(flock: Case, run: Case) -> None:
     dimension = flock["dimension"]
     predator = ConstantVelocity((-30.0, -30.0, 0.0)[:dimension], (10.0, 10.0, 0.0)[:dimension])
-    scenario = FlockScenario(
-        num_agents=flock["n"], dimension=dimension, num_steps=flock["steps"], predators=(predator,)
-    )
-    trajectory = simulate(
-        scenario, run["rho"], initial_positions=flock["positions"], initial_velocities=flock["velocities"]
-    )
+    size = {"num_agents": flock["n"], "num_steps": flock["steps"]}
+    scenario = FlockScenario(dimension=dimension, predators=(predator,), **size)
+    start = {name: flock[name.partition("_")[2]] for name in ("initial_positions", "initial_velocities")}
+    trajectory = simulate(scenario, run["rho"], **start)
     np.testing.assert_allclose(trajectory.positions[10], run["positions_10"], rtol=0, atol=1e-9)
     np.testing.assert_allclose(trajectory.velocities[10], run["velocities_10"], rtol=0, atol=1e-9)
     assert trajectory.num_components[10] == run["components_10"]

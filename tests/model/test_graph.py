@@ -19,6 +19,8 @@ lines = st.tuples(st.integers(1, 40), st.integers(0, 2**32 - 1)).map(
     lambda drawn: np.random.default_rng(drawn[1]).random(drawn[0])
 )
 ranges = st.sampled_from([0.0, 0.021, 0.117, 0.43, 2.0])
+Floats = NDArray[np.float64]
+Graph = NDArray[np.bool]
 
 
 @given(lines, ranges)
@@ -43,10 +45,6 @@ def test_the_laplacian_makes_the_perron_matrix_and_counts_components(states: np.
     np.testing.assert_allclose(perron_matrix(states, rho), perron, atol=1e-15)
     zeros = int((np.linalg.eigvalsh(matrix) < 1e-9).sum())
     assert zeros == reference.line_components(states, rho) == reference.num_components(matrix < 0)
-
-
-Floats = NDArray[np.float64]
-Graph = NDArray[np.bool]
 
 
 def matrix(pairs: NDArray[np.int64], count: int) -> Graph:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from option_table import DIMENSIONS, small_flock
+from option_table import dimensions, small_flock
 from scipy import stats
 
 from flockesc_env import FlockScenario, simulate
@@ -12,8 +12,9 @@ from flockesc_env.models import run_differences
 from flockesc_env.scenario import Vicsek, preset
 
 EVERYWHERE = 1e9  # m; every agent hears every other one
-dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 ALONE: dict[str, Any] = {"num_agents": 4000, "num_steps": 1, "predators": ()}
+N, SIDE, STEP = 40, 3.1, 0.03  # the smallest system of Fig. 2(a), with the radius as unit of length
+FLOCKS, STEPS, TRANSIENT = 60, 200, 100
 
 
 def headings(velocities: np.ndarray) -> np.ndarray:
@@ -54,8 +55,7 @@ def test_angular_noise(dimension: int, eta: float, motion: dict[str, Any]) -> No
 def test_sensing_noise_as_large_as_the_heard_velocity(dimension: int) -> None:
     """The sum of two unit vectors halves the angle between them, which is uniform over all directions."""
     scenario = FlockScenario(dimension=dimension, sensing_noise=1.0, motion=Vicsek(), **ALONE)
-    run = simulate(scenario, 0.0, seed=5)
-    turned = angles(*headings(run.velocities))
+    turned = angles(*headings(simulate(scenario, 0.0, seed=5).velocities))
     if dimension == 2:
         assert_distributed(turned, -np.pi / 2, np.pi / 2)
     else:
@@ -87,10 +87,6 @@ def test_noise_depends_on_the_seed_and_moves_no_other_draw(dimension: int, noise
     assert (other.positions[0] != run.positions[0]).all()
 
 
-N, SIDE, STEP = 40, 3.1, 0.03  # the smallest system of Fig. 2(a), with the radius as unit of length
-FLOCKS, STEPS, TRANSIENT = 60, 200, 100
-
-
 def order_of_1995(eta: float, rng: np.random.Generator) -> np.ndarray:
     """Return the order parameter v_a of many flocks, shape (FLOCKS, STEPS + 1): Eqs. (1) and (2)."""
     places = rng.uniform(0, SIDE, (2, FLOCKS, N))
@@ -108,17 +104,8 @@ def order_of_1995(eta: float, rng: np.random.Generator) -> np.ndarray:
 
 
 def order_here(eta: float) -> np.ndarray:
-    scenario = FlockScenario(
-        num_agents=N,
-        num_steps=STEPS,
-        time_step=1.0,
-        speed=STEP,
-        initial_side=SIDE,
-        periodic_side=SIDE,
-        predators=(),
-        motion=Vicsek(),
-        angular_noise=eta,
-    )
+    box = {"time_step": 1.0, "speed": STEP, "initial_side": SIDE, "periodic_side": SIDE, "angular_noise": eta}
+    scenario = FlockScenario(num_agents=N, num_steps=STEPS, predators=(), motion=Vicsek(), **box)
     return np.stack([simulate(scenario, 1.0, seed=seed).polarization for seed in range(FLOCKS)])
 
 
@@ -140,7 +127,6 @@ def test_order_parameter(eta: float) -> None:
 def test_mean_square_radius_of_a_ring_of_prey() -> None:
     """The virial of a steady ring around the predator: a <r^2> = b (n - 1) / (2 n) + s."""
     n = 40
-    scenario = preset("ring").replace(num_agents=n, num_steps=4_000)
-    run = simulate(scenario, EVERYWHERE, seed=3)
+    run = simulate(preset("ring").replace(num_agents=n, num_steps=4_000), EVERYWHERE, seed=3)
     squares = ((run.positions[-1] - run.predator_positions[-1, 0]) ** 2).sum(axis=1)
     assert squares.mean() == pytest.approx(900 * (n - 1) / (2 * n) + 180, rel=1e-4)

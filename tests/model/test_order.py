@@ -5,17 +5,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from option_table import DIMENSIONS, small_flock
+from option_table import dimensions, small_flock
 from scipy.signal import lfilter
 from scipy.stats import ttest_1samp
 
 import flockesc_env as fe
 from flockesc_env import models
-from flockesc_env.common.errors import InputError
 from flockesc_env.models import order
 from flockesc_env.scenario import Learned, Reynolds, preset
-
-dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
 def run_of(positions: Any, velocities: Any, **fields: Any) -> models.Trajectory:
@@ -42,7 +39,7 @@ def test_a_ring_rotates_and_a_parallel_flock_does_not() -> None:
         assert models.rotation(run_of(7 * place(points), 3 * place(points)))[0] == pytest.approx(0)
         counter = place(tangents) * np.repeat([1, -1, 1, 1], 3)[:, None]
         assert models.rotation(run_of(place(points), counter))[0] == pytest.approx(0.5)
-    with pytest.raises(InputError, match="periodic"):
+    with pytest.raises(fe.InputError, match="periodic"):
         models.rotation(run_of(7 * points, tangents, periodic_side=30.0))
     assert models.rotation(points, tangents) == pytest.approx(1)
     assert models.polarization(points, np.ones_like(points)) == pytest.approx(1)

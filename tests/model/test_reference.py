@@ -18,6 +18,14 @@ STEPS = 5
 LINE_STEPS = 8
 
 seeds = st.integers(0, 2**32 - 1)
+line_scenarios = st.builds(
+    partial(fe.LineScenario, tolerance=0.0, max_steps=LINE_STEPS),
+    num_agents=st.integers(1, 70),
+    predator_position=st.sampled_from([None, 0.6, -0.05, 0.0]),
+    predator_range=st.sampled_from([0.0, 0.2, 5.0]),
+    repulsion_strength=st.sampled_from([0.0, 0.37, 2.0]),
+    escape_force=st.sampled_from(["constant", "linear", "linear_as_printed"]),
+)
 
 
 @st.composite
@@ -122,27 +130,17 @@ def test_opposite_velocities_give_no_consensus_force(constant_speed: bool) -> No
 @pytest.mark.parametrize(("constant_speed", "expected"), [(True, -8.0), (False, 0.0)])
 def test_agent_brought_to_rest(constant_speed: bool, expected: float) -> None:
     """Consensus and escape force cancel the velocity exactly; it becomes 0 only under the literal law."""
-    scenario = fe.FlockScenario(
-        num_agents=1,
-        num_steps=1,
-        time_step=0.5,
-        mass=0.5,
-        repulsion_strength=18.0,
-        constant_speed=constant_speed,
-        predators=(sc.ConstantVelocity((-3.0, 0.0), (0.0, 0.0)),),
-    )
+    law = {"time_step": 0.5, "mass": 0.5, "repulsion_strength": 18.0, "constant_speed": constant_speed}
+    predators = (sc.ConstantVelocity((-3.0, 0.0), (0.0, 0.0)),)
+    scenario = fe.FlockScenario(num_agents=1, num_steps=1, predators=predators, **law)
     run = fe.simulate(scenario, 1.0, initial_positions=[[0.0, 0.0]], initial_velocities=[[-8.0, 0.0]])
     assert run.velocities[1].tolist() == [[expected, 0.0]]
 
 
 def test_boundaries_of_the_flock_are_inclusive() -> None:
     """3-4-5 triangles: distances of exactly rho and rho_p are in range, slightly larger ones are not."""
-    scenario = fe.FlockScenario(
-        num_agents=2,
-        num_steps=1,
-        predator_range=5.0,
-        predators=(sc.ConstantVelocity((0.0, 0.0), (0.0, 0.0)),),
-    )
+    predators = (sc.ConstantVelocity((0.0, 0.0), (0.0, 0.0)),)
+    scenario = fe.FlockScenario(num_agents=2, num_steps=1, predator_range=5.0, predators=predators)
     start = {"initial_positions": [[3.0, 4.0], [6.0, 8.0]], "initial_velocities": [[10.0, 0.0], [0.0, 10.0]]}
     touching = fe.simulate(scenario, 5.0, **start)
     assert touching.num_components.tolist()[0] == 1
@@ -154,16 +152,6 @@ def test_boundaries_of_the_flock_are_inclusive() -> None:
     assert apart.velocities[1, 0, 1] > 0  # pushed by the predator at exactly rho_p
     blind = fe.simulate(scenario.replace(predator_range=np.nextafter(5.0, 0)), 0.0, **start)
     np.testing.assert_allclose(blind.velocities[1], start["initial_velocities"], atol=1e-12)
-
-
-line_scenarios = st.builds(
-    partial(fe.LineScenario, tolerance=0.0, max_steps=LINE_STEPS),
-    num_agents=st.integers(1, 70),
-    predator_position=st.sampled_from([None, 0.6, -0.05, 0.0]),
-    predator_range=st.sampled_from([0.0, 0.2, 5.0]),
-    repulsion_strength=st.sampled_from([0.0, 0.37, 2.0]),
-    escape_force=st.sampled_from(["constant", "linear", "linear_as_printed"]),
-)
 
 
 @settings(max_examples=250)

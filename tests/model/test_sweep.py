@@ -9,7 +9,6 @@ from scipy.stats import binomtest, ttest_1samp
 
 import flockesc_env as fe
 from flockesc_env.common import stats
-from flockesc_env.common.errors import InputError
 from flockesc_env.models import FlockSweepResult, LineSweepResult
 from flockesc_env.scenario import PurePursuit
 
@@ -103,7 +102,7 @@ def test_a_plot_shows_the_means_and_the_best_range(flocks: FlockSweepResult, lin
         np.testing.assert_array_equal(curve.get_xdata(), result.interaction_ranges)
         np.testing.assert_array_equal(curve.get_ydata(), result.values(objective).mean(axis=1))
         assert best.get_xdata()[0] == result.best_range(objective)
-    with pytest.raises(InputError, match="predator"):
+    with pytest.raises(fe.InputError, match="predator"):
         fe.sweep(small_flock(num_agents=9, predators=()), RANGES, SEEDS).plot()
 
 

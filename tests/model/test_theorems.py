@@ -73,8 +73,7 @@ def attacked_lines(draw: st.DrawFn) -> tuple[list[float], float]:
 
 def depths_in_range(states: np.ndarray, side: int) -> np.ndarray:
     """Return the depths rho_p - |x_i| of the agents in range on one side of the predator."""
-    inside = (states * side > 0) & (np.abs(states) < 1)
-    return 1 - np.abs(states[inside])
+    return 1 - np.abs(states[(states * side > 0) & (np.abs(states) < 1)])
 
 
 @given(
@@ -139,8 +138,7 @@ def test_the_best_range_of_a_line_is_an_interval(seed: int) -> None:
     assert following > rho
     below = simulate_line(scenario, float(np.nextafter(following, 0)), seed=seed)
     np.testing.assert_array_equal(below.states, run.states)
-    larger = simulate_line(scenario, following, seed=seed)
-    assert not np.array_equal(larger.states, run.states)
+    assert not np.array_equal(simulate_line(scenario, following, seed=seed).states, run.states)
 
 
 def test_the_lines_of_figure_5_leave_a_constant_force_within_three_steps() -> None:

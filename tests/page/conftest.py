@@ -21,13 +21,8 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture
-def problems() -> list[str]:
-    """Errors and console messages of the page; empty at the end of every test."""
-    return []
-
-
-@pytest.fixture
-def tab(browser: Browser, problems: list[str]) -> Iterator[Page]:
+def tab(browser: Browser) -> Iterator[Page]:
+    problems: list[str] = []
     with browser.new_context(viewport={"width": 1440, "height": 900}) as context, context.new_page() as tab:
         tab.set_default_timeout(1000 * TIMEOUT)
         tab.on("pageerror", lambda error: problems.append(str(error)))

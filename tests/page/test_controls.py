@@ -3,27 +3,13 @@
 import re
 from typing import Any
 
+import browser
 import numpy as np
 import pytest
-from browser import (
-    BEST,
-    DUEL,
-    FLOCKS,
-    OBJECTIVES,
-    SEED,
-    STATE,
-    OpenAt,
-    lowest,
-    open_page,
-    scenario,
-    set_range,
-    text,
-    wait,
-)
+from browser import DUEL, OBJECTIVES, SEED, STATE, OpenAt, lowest, open_page, scenario, set_range, text, wait
 from playwright.sync_api import Page
 
 import flockesc_env as fe
-from flockesc_env import tasks
 from flockesc_env.models.graph import neighbor_pairs
 from flockesc_env.watch.live import RANGES
 from playground.__main__ import FIRST, HEADLINE, means
@@ -43,7 +29,7 @@ def test_a_range_flies_the_whole_run_and_shows_the_present_moment(tab: Page, ope
         assert f"Your range: {rho} m{lowest(run):.1f}" in text(tab, "#answer tbody")
         assert tab.evaluate("[page.player.time, page.panels[0].run.objective]") == [5, lowest(run)]
     dots = tab.evaluate("[...page.trials.values()].map(({ range, objective }) => [range, objective])")
-    learned = lowest(fe.simulate("paper-flock", policy=str(BEST), seed=SEED))
+    learned = lowest(fe.simulate("paper-flock", policy=HEADLINE, seed=SEED))
     expected = fe.sweep("paper-flock", [12.0, *ranges], seeds=[SEED]).min_mean_distance[:, 0].tolist()
     assert sorted(map(str, dots)) == sorted(
         map(str, [[None, learned], *map(list, zip([12, *ranges], expected, strict=True))])
@@ -192,10 +178,10 @@ def test_a_finger_grabs_the_predator_of_both_flocks(tab: Page, open_at: OpenAt) 
 
 def test_the_means_are_those_of_the_held_out_flocks_of_the_task(tab: Page, open_at: OpenAt) -> None:
     open_at()
-    task, measured = tasks["per-agent-visible"], means(12, FLOCKS)
+    task, measured = fe.tasks["per-agent-visible"], means(12, browser.FLOCKS)
     best = measured["fixed"][RANGES.index(12)]
     assert task.scales["paper-flock"].best_fixed_range == 12
-    fixed = fe.sweep("paper-flock", [12.0], seeds=task.seeds[:FLOCKS]).min_mean_distance
+    fixed = fe.sweep("paper-flock", [12.0], seeds=task.seeds[: browser.FLOCKS]).min_mean_distance
     assert best["mean"] == fixed.mean()
     for each in (best, measured["learned"]):
         assert f"{each['mean']:.1f}" in text(tab, "#answer")
@@ -223,13 +209,12 @@ def test_a_click_shows_whom_an_agent_hears_and_what_it_observes(tab: Page, open_
         before = run.positions[step - 1], run.velocities[step - 1]
         pairs = neighbor_pairs(run.scenario, before[0], 9.0, velocities=before[1])
         way = run.predator_positions[step, 0] - run.positions[step, agent]
-        others = pairs[pairs[:, 0] == agent, 1]
         assert (
             shown.items()
             >= {
                 "time": f"{run.times[step]:.2f} s",
                 "lowest mean distance so far": f"{run.mean_distance[: step + 1].min():.1f} m",
-                "heard in the last step": f"{len(others)} agents",
+                "heard in the last step": f"{len(pairs[pairs[:, 0] == agent, 1])} agents",
                 "distance to the predator": f"{np.linalg.norm(way):.1f} m",
             }.items()
         )

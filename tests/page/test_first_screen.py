@@ -12,13 +12,13 @@ from browser import COLORED, DUEL, READY, STATE, lowest, open_page, slide, text,
 from playwright.sync_api import Browser, Page
 
 import flockesc_env as fe
-from flockesc_env import tasks
 from flockesc_env.watch.live import RANGES
 from playground.__main__ import FIRST, HEADLINE
 
 SHOWN = """["canvas", ".panel:last-of-type canvas", "#range", "#play", "#answer table"].map(
     (name) => document.querySelector(name).getBoundingClientRect()
 ).map(({ top, bottom }) => [top, bottom])"""
+ROWS = """[...document.querySelectorAll("#answer tbody th")].map((cell) => cell.textContent)"""
 
 
 @pytest.mark.parametrize(("width", "height"), [(390, 844), (830, 900), (1366, 768), (1440, 900)])
@@ -51,9 +51,6 @@ def guess(tab: Page, rho: float) -> None:
     wait(tab, "page.player.isPlaying")
 
 
-ROWS = """[...document.querySelectorAll("#answer tbody th")].map((cell) => cell.textContent)"""
-
-
 def test_a_guess_flies_until_no_ring_changes(tab: Page, playground: str) -> None:
     open_page(tab, playground)
     guess(tab, 40)
@@ -82,7 +79,8 @@ def test_a_link_with_a_guess_asks_a_friend_first(tab: Page, playground: str) -> 
 
 def test_the_first_flock_agrees_with_the_means() -> None:
     ranges = fe.sweep("paper-flock", RANGES, seeds=[FIRST]).min_mean_distance[:, 0]
-    assert RANGES[int(ranges.argmax())] == tasks["per-agent-visible"].scales["paper-flock"].best_fixed_range
+    scale = fe.tasks["per-agent-visible"].scales["paper-flock"]
+    assert RANGES[int(ranges.argmax())] == scale.best_fixed_range
     assert lowest(fe.simulate("paper-flock", policy=HEADLINE, seed=FIRST)) > ranges.max()
 
 

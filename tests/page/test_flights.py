@@ -6,29 +6,15 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
+import browser
 import numpy as np
 import pytest
-from browser import (
-    BEST,
-    COLORED,
-    OBJECTIVES,
-    ROOT,
-    SEED,
-    STATE,
-    OpenAt,
-    lowest,
-    open_page,
-    scenario,
-    set_range,
-    text,
-    wait,
-)
+from browser import BEST, OBJECTIVES, SEED, STATE, OpenAt, lowest, open_page, scenario, set_range, text, wait
 from cli_runs import SMALL, Cli, npz, policy_file
 from playwright.sync_api import Page
 from watch_documents import needs_engine
 
 import flockesc_env as fe
-from flockesc_env.models.records import save_run
 from flockesc_env.watch.live import RULES
 from flockesc_env.watch.page import render, replay
 from playground.__main__ import HEADLINE
@@ -59,11 +45,11 @@ def test_the_next_flock_is_played_by_all_policies_of_the_page(tab: Page, tmp_pat
 def test_files_that_no_page_can_play_are_named(tab: Page, open_at: OpenAt, tmp_path: Path) -> None:
     """test_engine.py has the options that are refused."""
     open_at("policies=fixed:3")
-    save_run(fe.simulate(SMALL, 10.0, seed=1), tmp_path / "run.npz")
+    fe.save_run(fe.simulate(SMALL, 10.0, seed=1), tmp_path / "run.npz")
     with np.load(BEST) as file:
         arrays = dict(file)
     numbers = arrays["parameters"]
-    rule = ROOT / "scoreboard/searched-rule/policies/per-agent-local-0.npz"
+    rule = browser.ROOT / "scoreboard/searched-rule/policies/per-agent-local-0.npz"
     flipped = bytearray(npz(**arrays))
     flipped[flipped.index(numbers.tobytes()[-64:])] ^= 1
     files = {
@@ -110,8 +96,7 @@ def test_a_given_start_flies_with_another_range(tab: Page, tmp_path: Path) -> No
     assert text(tab, ".note") == "recorded, given start"
     assert tab.get_attribute("#range", "aria-valuetext") == "each agent decides"
     set_range(tab, 25)
-    expected = lowest(fe.simulate(SMALL, 25.0, **arrays))
-    assert tab.evaluate(OBJECTIVES) == [expected]
+    assert tab.evaluate(OBJECTIVES) == [lowest(fe.simulate(SMALL, 25.0, **arrays))]
     tab.goto("about:blank")
     open_page(tab, f"{(tmp_path / 'page.html').as_uri()}#scenario=capture&policies=fixed:3&t=0")
     assert tab.evaluate(STATE) == ["capture", "0", None, False, ["fixed:3"]]
@@ -141,7 +126,7 @@ def test_the_code_plays_the_same_flock_in_python(
     tab.click("#python summary")
     wait(tab, "document.getElementById('code').textContent.includes('#')")
     code, printed = text(tab, "#code").split("  # ")
-    monkeypatch.chdir(ROOT)
+    monkeypatch.chdir(browser.ROOT)
     names: dict[str, Any] = {"print": lambda value: names.update(value=value)}
     exec(code, names)  # noqa: S102, the code that the page offers
     assert names["value"] == float(printed)
@@ -171,7 +156,7 @@ def test_without_the_engine_a_page_replays(tab: Page, tmp_path: Path) -> None:
     titles = "[...document.querySelectorAll('.panel h2')].map((title) => title.textContent)"
     assert tab.evaluate(titles) == TITLES
     assert tab.evaluate("document.title") == " / ".join(TITLES)
-    assert min(tab.evaluate(COLORED)) > 50
+    assert min(tab.evaluate(browser.COLORED)) > 50
     live = "[...document.querySelectorAll('.live')].some((part) => part.checkVisibility())"
     assert tab.evaluate(live) is False
     assert text(tab, "#facts").endswith(f"seed 3 \u00b7 flockesc-env {version('flockesc-env')}")

@@ -16,7 +16,6 @@ from stable_baselines3.common.vec_env import VecFrameStack, VecMonitor, VecNorma
 
 import flockesc_env as fe
 from flockesc_env import policies
-from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.sb3 import vec_env
 
@@ -28,6 +27,22 @@ T, N = SCENARIO.num_steps, SCENARIO.num_agents
 EXACT = {"max_range": 128.0, "range_grid": tuple(np.arange(513) / 4), "count_components": True}
 SCHEDULE = np.random.default_rng(0).integers(0, 80, T) / 4
 OWN_SCHEDULE = np.random.default_rng(1).integers(0, 80, (T, N)) / 4
+PRINT_RANGES = """
+import json
+from network_outcomes import ranges
+print(json.dumps(ranges()))
+"""
+SHARED_POLICIES = {
+    "fixed": lambda: policies.FixedRange(12.25),
+    "scheduled": lambda: policies.ScheduledRange(SCHEDULE),
+    "model": lambda: policies.SB3Policy(TimeDependent()),
+}
+AGENT_POLICIES = {
+    **SHARED_POLICIES,
+    "scheduled per agent": lambda: policies.ScheduledRange(OWN_SCHEDULE),
+    "stubborn leaders": lambda: policies.StubbornLeaders(),
+    "stubborn witnesses": lambda: policies.StubbornWitnesses(),
+}
 
 
 class TimeDependent:
@@ -40,19 +55,6 @@ class TimeDependent:
         assert state is None
         np.testing.assert_array_equal(episode_start, observations[:, 0] == 0)
         return observations[:, :1] * np.float32(0.5), None
-
-
-SHARED_POLICIES = {
-    "fixed": lambda: policies.FixedRange(12.25),
-    "scheduled": lambda: policies.ScheduledRange(SCHEDULE),
-    "model": lambda: policies.SB3Policy(TimeDependent()),
-}
-AGENT_POLICIES = {
-    **SHARED_POLICIES,
-    "scheduled per agent": lambda: policies.ScheduledRange(OWN_SCHEDULE),
-    "stubborn leaders": lambda: policies.StubbornLeaders(),
-    "stubborn witnesses": lambda: policies.StubbornWitnesses(),
-}
 
 
 def last(info: dict[str, Any]) -> list[Any]:
@@ -76,8 +78,7 @@ def play_slots(env: Any, policy: Any, steps: int) -> np.ndarray:
     observations = env.reset()
     for _ in range(steps):
         observations, _, _, infos = env.step(act(observations))
-    rows = env.num_envs // len(SEEDS)
-    return np.array([last(info) for info in infos[::rows]]).T
+    return np.array([last(info) for info in infos[:: (env.num_envs // len(SEEDS))]]).T
 
 
 def options_for(name: str, mode: str) -> dict[str, Any]:
@@ -136,13 +137,6 @@ def test_random_range_covers_all_ranges_of_the_action_space(mode: str) -> None:
     np.testing.assert_array_equal(policies.RandomRange(seed=0).act(rows, env.policy_spec), actions)
 
 
-PRINT_RANGES = """
-import json
-from network_outcomes import ranges
-print(json.dumps(ranges()))
-"""
-
-
 def test_rules_set_the_same_bits_with_every_instruction_set() -> None:
     assert run_with_baseline_numpy(PRINT_RANGES) == ranges()
 
@@ -168,11 +162,8 @@ def test_policies_by_name_set_their_options() -> None:
 def test_a_rollout_decides_options_and_scenario_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """One ``EnvOptions``, no scenario but the preset, one JSON document for the core."""
     calls: list[str] = []
-    for owner, method in (
-        (fe.EnvOptions, "__init__"),
-        (fe.FlockScenario, "__init__"),
-        (fe.FlockScenario, "to_json"),
-    ):
+    scenario = fe.FlockScenario
+    for owner, method in ((fe.EnvOptions, "__init__"), (scenario, "__init__"), (scenario, "to_json")):
         real = getattr(owner, method)
 
         def counted(self: Any, *given: Any, real: Any = real, **named: Any) -> Any:
@@ -198,9 +189,8 @@ def test_a_rollout_decides_options_and_scenario_once(monkeypatch: pytest.MonkeyP
     ],
 )
 def test_bind_refuses_wrappers_that_change_observations_or_actions(wrap: Any, field: str) -> None:
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fe.InputError, check=lambda error: error.field == field):
         policies.bind(policies.FixedRange(12.0), wrap(fe.FlockEscapeEnv(SCENARIO)))
-    assert caught.value.field == field
 
 
 def test_bind_takes_wrappers_that_clip_actions_or_normalize_rewards() -> None:

@@ -7,13 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 from envs import FLOCKS, info_of, same_action, start, state, step
-from option_table import DIMENSIONS, small_flock
+from option_table import dimensions, small_flock
 from stable_baselines3 import PPO, SAC
 from stable_baselines3.common.vec_env import VecNormalize
 from torch.nn import Tanh
 
 import flockesc_env as fe
-from flockesc_env.common.errors import InputError
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import run_differences
 from flockesc_env.policies import FixedRange, Pursue, StubbornLeaders, bind
@@ -21,8 +20,6 @@ from flockesc_env.sb3 import vec_env
 from flockesc_env.scenario import ConstantVelocity, PurePursuit
 
 TWO = (ConstantVelocity(), PurePursuit((40.0, 20.0), (-3.0, 1.0)))
-
-dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 
 
 def hunted(dimension: int = 2, count: int = 1, **changes: Any) -> fe.FlockScenario:
@@ -101,9 +98,6 @@ def test_a_trained_predator_becomes_a_file(algorithm: Any, dimension: int, tmp_p
     for other in others:
         np.testing.assert_allclose(other, flown, rtol=1e-5)
         np.testing.assert_array_equal(other, others[0])
-    for call in (lambda: fe.rollout(scenario, loaded, 1), lambda: fe.rollout(scenario, file, 1)):
-        with pytest.raises(InputError, match="policy: expected a policy that sets ranges"):
-            call()
 
 
 def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
@@ -111,9 +105,8 @@ def test_a_bad_predator_policy_is_named_and_changes_nothing() -> None:
     environment = fe.FlockEscapeEnv(hunted().with_learned_predators(), predator_policy=bad)
     environment.reset(seed=0)
     before = state(environment.flock)
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fe.InputError, check=lambda error: error.field == "actions of the predator policy[0]"):
         environment.step(np.zeros(1, np.float32))
-    assert caught.value.field == "actions of the predator policy[0]"
     np.testing.assert_equal(state(environment.flock), before)
 
 
@@ -135,25 +128,13 @@ def test_records_replay_the_hunt_bit_for_bit(dimension: int, steps_per_action: i
     assert not np.array_equal(straight.predator_positions, run.predator_positions)
 
 
-class Counting:
-    """A policy that flies straight on and counts the episodes of each row."""
-
-    def __init__(self) -> None:
-        self.begun = np.zeros(3, int)
-
-    def reset(self, rows: np.ndarray) -> None:
-        self.begun += rows
-
-    def act(self, observations: np.ndarray, spec: Any) -> np.ndarray:
-        return np.zeros((len(observations), spec.dimension))
-
-
-@pytest.mark.parametrize("mode", ["NextStep", "SameStep"])
-def test_predator_policies_are_reset_in_every_episode(mode: str) -> None:
-    policy = Counting()
+@pytest.mark.parametrize(("mode", "episodes"), [("NextStep", 3), ("SameStep", 4)])
+def test_predator_policies_are_reset_in_every_episode(mode: str, episodes: int) -> None:
+    begun: list[Any] = []
+    policy = SimpleNamespace(act=lambda *_: np.zeros((3, 2)), reset=lambda rows: begun.append(rows.copy()))
     scenario = small_flock(num_steps=2).with_learned_predators()
     env = BatchVectorEnv(3, scenario, predator_policy=policy, autoreset_mode=mode, steps_per_action=1)
     env.reset(seed=0)
     for _ in range(7):
         env.step(np.zeros((3, 1), np.float32))
-    assert policy.begun.tolist() == ([3] * 3 if mode == "NextStep" else [4] * 3)
+    assert np.sum(begun, axis=0).tolist() == [episodes] * 3

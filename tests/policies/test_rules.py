@@ -7,7 +7,6 @@ import pytest
 from option_table import DIMENSIONS, small_flock
 
 import flockesc_env as fe
-from flockesc_env.common.errors import InputError
 from flockesc_env.models import Trajectory
 from flockesc_env.policies import StubbornWitnesses, WinStayLoseShift, bind
 from flockesc_env.scenario import ConstantVelocity
@@ -44,9 +43,7 @@ def test_stubborn_witnesses_remember_until_the_episode_ends() -> None:
 
 def test_stubborn_witnesses_listen_farther_and_farther_unless_they_are_alone() -> None:
     scenario = small_flock(num_agents=20, num_steps=16, initial_side=60.0)
-    rule = StubbornWitnesses(
-        0.25, 30.0 / 2, 12.0, growth=16.0, min_neighbors=3.0, crowding=2.0, agreement=4.0
-    )
+    rule = StubbornWitnesses(0.25, 15.0, 12.0, growth=16.0, min_neighbors=3.0, crowding=2.0, agreement=4.0)
     run = flown(rule, scenario, 0, max_range=20.0, predator_sensing_range=0.0)
     has_stopped = np.zeros(20, bool)
     for t, ranges in enumerate(run.interaction_ranges):
@@ -67,10 +64,10 @@ def test_a_memory_refuses_rows_added_within_an_episode() -> None:
     observations, _ = env.reset(seed=0)
     policy, rows = StubbornWitnesses(), np.stack(list(observations.values()))
     policy.act(rows, env.policy_spec)
-    with pytest.raises(InputError, match="observations: expected 4 rows as before, got 3"):
+    with pytest.raises(fe.InputError, match="observations: expected 4 rows as before, got 3"):
         policy.act(rows[:3], env.policy_spec)
     del observations["agent_3"]
-    with pytest.raises(InputError, match="observations: expected one of 'agent_3', got none"):
+    with pytest.raises(fe.InputError, match="observations: expected one of 'agent_3', got none"):
         bind(policy, env)(observations)
 
 

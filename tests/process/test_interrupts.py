@@ -13,13 +13,12 @@ PRELUDE = """
 import os, signal, sys
 import flockesc_env as fe
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env import FlockScenario, LineScenario, sweep
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits none
-flock = FlockScenario(num_steps=10**9, num_agents=20)
+flock = fe.FlockScenario(num_steps=10**9, num_agents=20)
 # Two groups that chase each other past the predator for ever; seeds 2 and 3 end in the like.
 cycle = [0.36, 0.68] * 50
-line = LineScenario(escape_force="linear_as_printed", max_steps=10**9)
+line = fe.LineScenario(escape_force="linear_as_printed", max_steps=10**9)
 pair = line.replace(num_agents=2)
 
 def interrupt_next_call():
@@ -28,7 +27,7 @@ def interrupt_next_call():
     signal.setitimer(signal.ITIMER_VIRTUAL, 0.1)
 
 def check():
-    small = sweep(FlockScenario(num_agents=5, num_steps=5), [1.0], range(4))
+    small = fe.sweep(fe.FlockScenario(num_agents=5, num_steps=5), [1.0], range(4))
     assert small.min_mean_distance.shape == (1, 4)
     print("works", flush=True)
 """
@@ -105,7 +104,7 @@ SCRIPTS: dict[str, tuple[str, list[str]]] = {
 
         for scenario in (flock, pair):
             try:
-                sweep(scenario, [1.0], [2, 3], progress=stop)
+                fe.sweep(scenario, [1.0], [2, 3], progress=stop)
             except ZeroDivisionError:
                 print(len(calls), flush=True)
         """,
@@ -128,7 +127,7 @@ SCRIPTS: dict[str, tuple[str, list[str]]] = {
     "a step of some milliseconds in a worker thread ends": (
         """
         import numpy as np
-        env = BatchVectorEnv(220, FlockScenario(), autoreset_mode="SameStep")
+        env = BatchVectorEnv(220, fe.FlockScenario(), autoreset_mode="SameStep")
         env.reset(seed=0)
         for _ in range(5):
             try:
@@ -158,7 +157,7 @@ SCRIPTS: dict[str, tuple[str, list[str]]] = {
         signal.setitimer(signal.ITIMER_REAL, 0.01, 0.01)
         while not seen:
             count *= 2  # until the sweep takes longer than the timer
-            result = sweep(FlockScenario(), [10.0], range(count))
+            result = fe.sweep(fe.FlockScenario(), [10.0], range(count))
         signal.setitimer(signal.ITIMER_REAL, 0)
         print(result.min_mean_distance.shape == (1, count), flush=True)
         """,
@@ -192,7 +191,7 @@ SCRIPTS: dict[str, tuple[str, list[str]]] = {
 
         children = []
         try:
-            sweep(FlockScenario(num_steps=20_000), [10.0], range(4), progress=fork)
+            fe.sweep(fe.FlockScenario(num_steps=20_000), [10.0], range(4), progress=fork)
         except RuntimeError as error:
             print(error, flush=True)
             os._exit(7)

@@ -83,8 +83,7 @@ def test_environments_in_processes_equal_those_in_one(kind: str, method: str, na
 
 @pytest.mark.parametrize("busy", ["step_for_ever", "start_pools", "sweep_for_ever"])
 def test_fork_while_another_thread_is_busy(busy: str) -> None:
-    found = forked_while(busy, count=24)
-    assert found == {"children": 24, "hung": 0, "wrong": 0}
+    assert forked_while(busy, count=24) == {"children": 24, "hung": 0, "wrong": 0}
 
 
 ROUNDING = """

@@ -14,11 +14,22 @@ from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.policies import FixedRange
 
 THREADS = 8
 CYCLE = [0.36, 0.68] * 50
 """A line that oscillates forever around the predator, so the episode never becomes steady."""
+TEN = np.array([10.0], np.float32)
+CROWD = fe.FlockScenario(num_agents=600, initial_side=140.0, num_steps=20_000)
+ENDLESS = fe.LineScenario(escape_force="linear_as_printed", max_steps=10**6)
+SHARED: dict[str, Callable[[int], Any]] = {
+    "flock": lambda steps: fe.FlockEscapeEnv(CROWD, action_mode="range", steps_per_action=steps),
+    "batch": lambda steps: BatchVectorEnv(
+        12, CROWD.replace(num_agents=100), num_threads=2, action_mode="range", steps_per_action=steps
+    ),
+    "line": lambda steps: fe.LineEscapeEnv(
+        ENDLESS, action_mode="range", max_range=10.0, steps_per_action=steps
+    ),
+}
 
 
 @pytest.fixture(autouse=True)
@@ -67,24 +78,10 @@ def test_eight_threads_share_one_pool() -> None:
         if index % 4 == 1:
             return fe.sweep(small, [1.0, 9.0], range(index, index + 30), num_threads=2).min_mean_distance
         if index % 4 == 2:
-            return fe.rollout(small, FixedRange(9.0), range(index, 40), num_threads=2).mean_return
+            return fe.rollout(small, fe.FixedRange(9.0), range(index, 40), num_threads=2).mean_return
         return played(fe.FlockEscapeEnv(large, num_threads=2, steps_per_action=1), index)
 
     assert_serial(work)
-
-
-TEN = np.array([10.0], np.float32)
-CROWD = fe.FlockScenario(num_agents=600, initial_side=140.0, num_steps=20_000)
-ENDLESS = fe.LineScenario(escape_force="linear_as_printed", max_steps=10**6)
-SHARED: dict[str, Callable[[int], Any]] = {
-    "flock": lambda steps: fe.FlockEscapeEnv(CROWD, action_mode="range", steps_per_action=steps),
-    "batch": lambda steps: BatchVectorEnv(
-        12, CROWD.replace(num_agents=100), num_threads=2, action_mode="range", steps_per_action=steps
-    ),
-    "line": lambda steps: fe.LineEscapeEnv(
-        ENDLESS, action_mode="range", max_range=10.0, steps_per_action=steps
-    ),
-}
 
 
 def started(name: str, steps_per_action: int) -> tuple[Any, np.ndarray]:
@@ -110,9 +107,8 @@ def test_threads_sharing_an_environment_take_turns_or_are_refused(name: str) -> 
 
     stepped = [observation for each in at_once(step) for observation in each]
     assert all("environment" in str(error) for error in refusals)
-    expected = [alone.step(action)[0].tobytes() for _ in stepped]
     # Every step ran once and completely, in some order, and the next step continues from there.
-    assert sorted(stepped) == sorted(expected)
+    assert sorted(stepped) == sorted([alone.step(action)[0].tobytes() for _ in stepped])
     np.testing.assert_equal(shared.step(action), alone.step(action))
 
 

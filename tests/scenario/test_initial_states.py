@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from option_table import dimensions
 from scipy.stats import kstest, norm
 
 import flockesc_env as fe
@@ -18,7 +19,19 @@ Floats = NDArray[np.float64]
 NUM_AGENTS = 2000
 SIDE = 80.0
 SPEED = 10.0
-dimensions = pytest.mark.parametrize("dimension", [2, 3])
+GOLDEN: list[tuple[Any, tuple[str, str, str]]] = [
+    (sc.Square(), ("fb73eddce96cd7ae", "051318770fbe1930", "db1623dd5719e8ae")),
+    (sc.Disc(30.0), ("ffb303a410e8735e", "72798d1fba350b49", "79a90a692e67f940")),
+    (sc.Ring(30.0), ("92141dfc918ae1d1", "38a9d962b832fcdc", "b0a313d4e2481896")),
+    (sc.Ring(30.0, 20.0), ("be2c08a3136520ed", "1acca9db3c74fca2", "7bd364aaf7c3e8da")),
+    (sc.Segment((-10.0, 5.0), (50.0, 60.0)), ("efb2fb255e5c4cc8", "8b55d45be93752df", "ef7fa40e1e6ce310")),
+    (sc.Gaussian(7.0), ("bef692d6ede7d980", "effaf75b82b90c88", "c6de1c4df485d282")),
+    (sc.Clusters(8, 2.0), ("c791f670de64f5e5", "6d3306782c9f8cbe", "18267d16870d5939")),
+    (sc.AlignedHeadings((3.0, -4.0)), ("3594d5c0ac4a1bf3", "35f52c3416dd16b8", "5313e7129b5c56df")),
+    (sc.AlignedHeadings((3.0, -4.0), 0.5), ("5e1d04dbe2416429", "b9e5e96550042c9c", "45337127150232a0")),
+    (sc.AlignedHeadings((0.0, 2.0), math.pi), ("5ee3726525f10b27", "70b02691b25db44f", "374330f1bdc73ff3")),
+]
+"""Initial positions or headings, and hashes of their draws in the plane, in space and in a plane of space."""
 
 
 def start(dimension: int, **parts: Any) -> tuple[Floats, Floats]:
@@ -110,21 +123,6 @@ def test_aligned_headings(dimension: int, max_angle: float) -> None:
         assert_uniform(np.arctan2(headings @ up, headings @ left), -math.pi, math.pi)
 
 
-GOLDEN: list[tuple[Any, tuple[str, str, str]]] = [
-    (sc.Square(), ("fb73eddce96cd7ae", "051318770fbe1930", "db1623dd5719e8ae")),
-    (sc.Disc(30.0), ("ffb303a410e8735e", "72798d1fba350b49", "79a90a692e67f940")),
-    (sc.Ring(30.0), ("92141dfc918ae1d1", "38a9d962b832fcdc", "b0a313d4e2481896")),
-    (sc.Ring(30.0, 20.0), ("be2c08a3136520ed", "1acca9db3c74fca2", "7bd364aaf7c3e8da")),
-    (sc.Segment((-10.0, 5.0), (50.0, 60.0)), ("efb2fb255e5c4cc8", "8b55d45be93752df", "ef7fa40e1e6ce310")),
-    (sc.Gaussian(7.0), ("bef692d6ede7d980", "effaf75b82b90c88", "c6de1c4df485d282")),
-    (sc.Clusters(8, 2.0), ("c791f670de64f5e5", "6d3306782c9f8cbe", "18267d16870d5939")),
-    (sc.AlignedHeadings((3.0, -4.0)), ("3594d5c0ac4a1bf3", "35f52c3416dd16b8", "5313e7129b5c56df")),
-    (sc.AlignedHeadings((3.0, -4.0), 0.5), ("5e1d04dbe2416429", "b9e5e96550042c9c", "45337127150232a0")),
-    (sc.AlignedHeadings((0.0, 2.0), math.pi), ("5ee3726525f10b27", "70b02691b25db44f", "374330f1bdc73ff3")),
-]
-"""Initial positions or headings, and hashes of their draws in the plane, in space and in a plane of space."""
-
-
 @pytest.mark.parametrize(("part", "hashes"), GOLDEN)
 def test_the_meaning_of_a_seed(part: Any, hashes: tuple[str, str, str]) -> None:
     """The draws of a seed never change, on any machine; the paper's flock uses ``Square``.
@@ -153,14 +151,12 @@ def test_given_points_set_the_start_bit_for_bit(axes: int, dimension: int, initi
     """In space, points of the plane lie at z = 0."""
     rng, lift = np.random.default_rng(0), ((0, 0), (0, dimension - axes))
     points: Any = rng.uniform(0, 100, (7, axes)), rng.normal(size=(7, axes))
-    scenario = fe.FlockScenario(
-        num_agents=7,
-        num_steps=5,
-        dimension=dimension,
-        initial_plane=initial_plane,
-        initial_positions=sc.GivenPositions(points[0]),
-        initial_headings=sc.GivenHeadings(points[1]),
-    )
+    parts = {
+        "initial_positions": sc.GivenPositions(points[0]),
+        "initial_headings": sc.GivenHeadings(points[1]),
+    }
+    space = {"dimension": dimension, "initial_plane": initial_plane}
+    scenario = fe.FlockScenario(num_agents=7, num_steps=5, **space, **parts)
     run = fe.simulate(scenario, 10.0, seed=1)
     positions, directions = (np.pad(each, lift) for each in points)
     np.testing.assert_array_equal(run.positions[0], positions)

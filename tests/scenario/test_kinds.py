@@ -13,7 +13,6 @@ from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env import _core
-from flockesc_env.common.errors import FlockescError
 from flockesc_env.scenario import objectives, options, parts, predators
 from flockesc_env.scenario.line import EscapeForce
 
@@ -105,6 +104,6 @@ def test_fields(name: str) -> None:
         assert kind == name
     known = set(fields)
     fields[UNKNOWN] = 1
-    with pytest.raises(FlockescError, match=UNKNOWN) as caught:
+    with pytest.raises(fe.FlockescError, match=UNKNOWN) as caught:
         check(json.dumps(document))
     assert set(re.findall(r"`(\w+)`", caught.value.expected)) == known

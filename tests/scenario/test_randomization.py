@@ -11,7 +11,6 @@ from same import same
 import flockesc_env as fe
 from flockesc_env import scenario as sc
 from flockesc_env.envs.vector import BatchVectorEnv
-from flockesc_env.policies import FixedRange
 from flockesc_env.sb3 import vec_env
 
 POSITION = "predators[0].constant_velocity.position[1]"
@@ -22,6 +21,9 @@ DRAWS = (
     sc.Uniform(POSITION, -30.0, 30.0),
     sc.Uniform("initial_positions.ring.radius", 5.0, 20.0),
 )
+WIDTH = "initial_positions.ring.width"
+SOMETIMES = sc.Choice(WIDTH, (2.0, 11.0))
+"""The ring is wider than its diameter of 10 m in the episode of seed 1 and the second one from seed 0."""
 
 
 def randomized(**changes: Any) -> fe.FlockScenario:
@@ -49,9 +51,9 @@ def test_everything_runs_and_shows_the_drawn_scenario(seed: int) -> None:
     assert run.scenario == drawn
     for each in (scenario, drawn):
         same(fe.simulate(each, 10.0, seed=seed), run)
-        same(fe.simulate(each, policy=FixedRange(10.0), seed=seed, action_mode="range"), run)
+        same(fe.simulate(each, policy=fe.FixedRange(10.0), seed=seed, action_mode="range"), run)
         assert fe.sweep(each, [10.0], [seed]).min_mean_distance[0, 0] == run.mean_distance.min()
-        episodes = fe.rollout(each, FixedRange(10.0), [seed], action_mode="range")
+        episodes = fe.rollout(each, fe.FixedRange(10.0), [seed], action_mode="range")
         assert episodes.min_mean_distance[0] == run.mean_distance.min()
     for make in (fe.FlockEscapeEnv, fe.parallel_env):
         for sensing in SENSING_RANGES:
@@ -60,11 +62,6 @@ def test_everything_runs_and_shows_the_drawn_scenario(seed: int) -> None:
                 env: Any = make(scenario=each, predator_sensing_range=sensing, steps_per_action=1)
                 played.append([start(env, seed), *play(env, np.random.default_rng(0), 5)])
             np.testing.assert_equal(*played)
-
-
-WIDTH = "initial_positions.ring.width"
-SOMETIMES = sc.Choice(WIDTH, (2.0, 11.0))
-"""The ring is wider than its diameter of 10 m in the episode of seed 1 and the second one from seed 0."""
 
 
 @pytest.mark.parametrize("make", [fe.FlockEscapeEnv, fe.parallel_env])
@@ -79,7 +76,7 @@ def test_a_draw_out_of_bounds_is_refused_before_its_episode(make: Any) -> None:
     for call in (
         lambda: fe.simulate(scenario, 1.0, seed=1),
         lambda: fe.sweep(scenario, [1.0], [1]),
-        lambda: fe.rollout(scenario, FixedRange(1.0), [1]),
+        lambda: fe.rollout(scenario, fe.FixedRange(1.0), [1]),
         lambda: scenario.drawn(1),
     ):
         with pytest.raises(fe.InputError, match=WIDTH):

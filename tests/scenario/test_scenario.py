@@ -5,7 +5,6 @@ import dataclasses
 import json
 import math
 import pickle
-import re
 import tomllib
 from itertools import product
 from pathlib import Path
@@ -23,7 +22,6 @@ from option_table import small_flock
 
 import flockesc_env as fe
 from flockesc_env import scenario as sc
-from flockesc_env.common.errors import InputError
 from studies.paper.plan import aimed
 
 BOUNDS = Bounds()
@@ -40,6 +38,13 @@ lines = st.builds(
     tolerance=BOUNDS.compared,
     max_steps=st.integers(1, 10**9),
 )
+DIRECTIONS = [(1.0, 1.0), (0.0, -3.0), (-2.0, 0.5), (1.0, 1.0, 1.0), (0.0, -3.0, 4.0), (-2.0, 0.5, 0.0)]
+DEEP, HUGE = "[" * 100_000, "1" + "0" * 5000
+HOSTILE = {
+    "json": (DEEP, f'{{"num_agents": {HUGE}}}', '{"num_agents": 5, "num_agents": 6}', '{"\\ud800": 5}', "\0"),
+    "toml": (f"mass = {DEEP}", f"num_agents = {HUGE}", "num_agents = 5\nnum_agents = 6", "mass = 1979-05-27"),
+}
+GOLDEN = Path(__file__).parents[1] / "golden" / "presets.json"
 
 
 @given(flocks(BOUNDS) | parts | lines)
@@ -75,9 +80,6 @@ def test_learned_predators_keep_their_starts() -> None:
         fe.FlockScenario(predators=()).with_learned_predators()
 
 
-GOLDEN = Path(__file__).parents[1] / "golden" / "presets.json"
-
-
 def test_presets_have_not_changed() -> None:
     """A changed default makes another scenario under the same name, so results would not be comparable."""
     documents = {name: json.loads(sc.preset(name).to_json()) for name in fe.PRESETS}
@@ -98,10 +100,8 @@ def test_flock_environments_take_names(interface: str) -> None:
         assert FLOCKS[interface](name).unwrapped.scenario == sc.preset(name or "paper-flock")
     lines = () if "slots" in interface else ("paper-line", fe.LineScenario())  # vec_env also makes lines
     for wrong in ("escape", *lines, 5):
-        with pytest.raises(InputError) as caught:
+        with pytest.raises(fe.InputError, match=r"^scenario: .*paper-flock, "):
             FLOCKS[interface](wrong)
-        assert caught.value.field == "scenario"
-        assert "paper-flock, " in str(caught.value)
 
 
 @pytest.mark.parametrize("name", fe.PRESETS)
@@ -128,9 +128,6 @@ def test_a_line_without_predator_is_toml() -> None:
     scenario = fe.LineScenario(predator_position=None)
     assert tomllib.loads(scenario.to_toml())["predator_position"] == "None"
     assert fe.LineScenario.from_toml(scenario.to_toml()) == scenario
-
-
-DIRECTIONS = [(1.0, 1.0), (0.0, -3.0), (-2.0, 0.5), (1.0, 1.0, 1.0), (0.0, -3.0, 4.0), (-2.0, 0.5, 0.0)]
 
 
 def test_the_default_is_the_papers_predator() -> None:
@@ -189,7 +186,6 @@ CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
         for positions in (sc.Square(), sc.Clusters(), sc.Disc(15.0), sc.Ring(14.0, 2.0))
     ),
     ({"predators": (sc.PurePursuit(target="assigned"),) * 65}, "predators"),
-    ({"predators": (sc.ConstantVelocity(),) * 10_001}, "predators"),
     ({"randomization": (sc.Uniform("mass", 0.1, 1.0),) * 10_001}, "randomization"),
     ({"randomization": (sc.RandomApproach(2),)}, "randomization[0].random_approach.predator"),
     *(
@@ -220,14 +216,26 @@ CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
             (sc.PrescribedPath(((0.0, 0.0), (1.0, 1e21))), "prescribed_path.positions[1][1]"),
         )
     ),
+    ({"num_agents": 3.5}, "num_agents: expected an integer, got 3.5"),
+    ({"mass": (0.1, "heavy")}, "mass[1]: expected a number, got 'heavy'"),
+    ({"predators": sc.PurePursuit()}, "predators: expected a tuple of predators, got PurePursuit"),
+    ({"motion": {"reynolds": {"cohesion": 1}}}, "got 'cohesion' (did you mean cohesion_strength?)"),
+    (
+        {"dimension": 3, "predators": (sc.Wandering((1.0, 2.0)),)},
+        "predators[0].wandering.position: expected 3 numbers, got 2 numbers",
+    ),
+    ({"predators": (sc.ConstantVelocity(),) * 10_001}, "predators: expected at most 10000 predators, got"),
 ]
 
 
-@pytest.mark.parametrize(("changes", "field"), CONTRADICTIONS)
-def test_contradictions(changes: dict[str, Any], field: str) -> None:
-    with pytest.raises(InputError) as caught:
+"""Arguments and the field that the error names, or words of the error."""
+
+
+@pytest.mark.parametrize(("changes", "told"), CONTRADICTIONS)
+def test_contradictions(changes: dict[str, Any], told: str) -> None:
+    with pytest.raises(fe.InputError) as caught:
         fe.FlockScenario(**{"num_agents": 5, **changes})
-    assert caught.value.field == field
+    assert told in str(caught.value) if " " in told else told == caught.value.field
 
 
 @pytest.mark.parametrize(
@@ -246,35 +254,8 @@ def test_contradictions(changes: dict[str, Any], field: str) -> None:
     ],
 )
 def test_documents(document: Any, field: str) -> None:
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(fe.InputError, check=lambda error: error.field == field):
         fe.FlockScenario.from_json(json.dumps(document))
-    assert caught.value.field == field
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"num_agents": 3.5}, "num_agents: expected an integer, got 3.5"),
-        ({"mass": (0.1, "heavy")}, "mass[1]: expected a number, got 'heavy'"),
-        ({"predators": sc.PurePursuit()}, "predators: expected a tuple of predators, got PurePursuit"),
-        ({"motion": {"reynolds": {"cohesion": 1}}}, "got 'cohesion' (did you mean cohesion_strength?)"),
-        (
-            {"dimension": 3, "predators": (sc.Wandering((1.0, 2.0)),)},
-            "predators[0].wandering.position: expected 3 numbers, got 2 numbers",
-        ),
-        ({"predators": (sc.ConstantVelocity(),) * 10_001}, "expected at most 10000 predators, got 10001"),
-    ],
-)
-def test_errors_name_type_and_value(changes: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match=re.escape(message)):
-        fe.FlockScenario(**changes)
-
-
-DEEP, HUGE = "[" * 100_000, "1" + "0" * 5000
-HOSTILE = {
-    "json": (DEEP, f'{{"num_agents": {HUGE}}}', '{"num_agents": 5, "num_agents": 6}', '{"\\ud800": 5}', "\0"),
-    "toml": (f"mass = {DEEP}", f"num_agents = {HUGE}", "num_agents = 5\nnum_agents = 6", "mass = 1979-05-27"),
-}
 
 
 @pytest.mark.parametrize("model", [fe.FlockScenario, fe.LineScenario])
@@ -283,7 +264,7 @@ def test_hostile_texts_have_short_errors(model: Any, language: str) -> None:
     """Deep, huge, repeated and foreign values."""
     read = model.from_json if language == "json" else model.from_toml
     for text in HOSTILE[language]:
-        with pytest.raises(InputError) as caught:
+        with pytest.raises(fe.InputError) as caught:
             read(text)
         assert len(str(caught.value)) < 1000
 

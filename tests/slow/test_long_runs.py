@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from option_table import dimensions, small_flock
 
 import flockesc_env as fe
 from flockesc_env.scenario import Inertial, PurePursuit, Reynolds, Vicsek, Wandering
@@ -11,16 +12,14 @@ from flockesc_env.scenario import Inertial, PurePursuit, Reynolds, Vicsek, Wande
 STEPS = 10**6
 
 
-def hunters(dimension: int) -> tuple[Wandering | PurePursuit, ...]:
-    above = (0.0,) * (dimension - 2)
-    return (
-        Wandering((0.0, 9.0, *above), (5.0, 5.0, *above), angular_diffusion=1.0),
-        PurePursuit((9.0, 0.0, *above), (6.0, 6.0, *above), confusion_rate=3.0),
-        PurePursuit((9.0, 9.0, *above), (1.0, 6.0, *above), max_speed=30.0, acceleration=0.01),
-    )
+HUNTERS = (
+    Wandering((0.0, 9.0), (5.0, 5.0), angular_diffusion=1.0),
+    PurePursuit((9.0, 0.0), (6.0, 6.0), confusion_rate=3.0),
+    PurePursuit((9.0, 9.0), (1.0, 6.0), max_speed=30.0, acceleration=0.01),
+)
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
+@dimensions
 @pytest.mark.parametrize(
     ("motion", "constant_speed"),
     [(Inertial(), True), (Inertial(), False), (Vicsek(), True), (Reynolds(), True), (Reynolds(), False)],
@@ -28,16 +27,8 @@ def hunters(dimension: int) -> tuple[Wandering | PurePursuit, ...]:
 )
 def test_a_million_steps(motion: Any, constant_speed: bool, dimension: int) -> None:
     """All numbers stay finite, observations stay in their space, speeds are constant, minima never rise."""
-    scenario = fe.FlockScenario(
-        num_agents=5,
-        dimension=dimension,
-        num_steps=STEPS,
-        initial_side=30.0,
-        motion=motion,
-        constant_speed=constant_speed,
-        angular_noise=0.1,
-        predators=hunters(dimension),
-    )
+    fields = {"motion": motion, "constant_speed": constant_speed, "angular_noise": 0.1}
+    scenario = small_flock(dimension, num_steps=STEPS, predators=HUNTERS, **fields)
     env = fe.FlockEscapeEnv(scenario, action_mode="range", steps_per_action=5000)
     env.reset(seed=1)
     least, has_ended = np.inf, False

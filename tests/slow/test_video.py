@@ -18,11 +18,6 @@ SIZE = 160
 RUN = simulate(small_flock(), 5.0, seed=0)
 
 
-def frames(path: Path) -> np.ndarray:
-    plugin = "FFMPEG" if path.suffix == ".mp4" else "pillow"
-    return np.asarray(iio.imread(path, plugin=plugin))
-
-
 @pytest.mark.parametrize("suffix", [".mp4", ".gif"])
 @pytest.mark.parametrize(("count", "columns", "rows"), [(1, 1, 1), (2, 2, 1), (4, 2, 2)])
 def test_runs_become_a_video(tmp_path: Path, suffix: str, count: int, columns: int, rows: int) -> None:
@@ -32,7 +27,7 @@ def test_runs_become_a_video(tmp_path: Path, suffix: str, count: int, columns: i
     runs = [("first", RUN), ("second", RUN), ("third", RUN), ("fourth", RUN)][:count]
     write_video(runs, path, fps=20, size=SIZE, progress=lambda done, total: calls.append((done, total)))
     assert list(tmp_path.iterdir()) == [path]
-    video = frames(path)
+    video = np.asarray(iio.imread(path, plugin="FFMPEG" if suffix == ".mp4" else "pillow"))
     assert video.shape == (11, 160 * rows, 160 * columns, 3)
     assert calls == [(done, 11) for done in range(1, 12)]
     for made in (0, 5, 10) if count == 1 else (10,):  # several runs share the view of the end

@@ -57,12 +57,8 @@ class Kind:
 
 def number(good: float, *, is_signed: bool = False) -> Kind:
     """Return a real number, at least 0 unless it is signed; infinite only if the good one is."""
-    near: list[Any] = [
-        [good],
-        np.array([good]),
-        masked(np.array(good)),
-        *([] if is_signed else [-1e-9, -1e300]),
-    ]
+    below = [] if is_signed else [-1e-9, -1e300]
+    near: list[Any] = [[good], np.array([good]), masked(np.array(good)), *below]
     if np.isinf(good):
         return Kind(good, [*near, np.nan, -np.inf], [np.float64(good)], (float,))
     alike = [np.float64(good), np.array(good, float), np.array(good, ">f8"), np.float32(good)]
@@ -360,3 +356,4 @@ PARTS = [
     for kind, slot in SLOT_OF.items()
 ]
 """Slot and part, one entry per kind of part."""
+MOTIONS = [part for slot, part in (case.values for case in PARTS) if slot == "motion"]

@@ -107,8 +107,7 @@ def unreadable(number: int) -> Any:
     import argument_table  # slow to import, as is ml_dtypes, which comes with jax
     import ml_dtypes
 
-    bad = [*argument_table.unreadable(np.ones(3)), ml_dtypes.bfloat16(1)]
-    return {"values": bad[number]}
+    return {"values": [*argument_table.unreadable(np.ones(3)), ml_dtypes.bfloat16(1)][number]}
 
 
 def threads() -> Arrays:

@@ -41,6 +41,19 @@ FLOCK = small_flock(num_steps=40)
 CAPTURE, HUNTED = FLOCK.replace(capture_radius=6.0), FLOCK.with_learned_predators()
 LINE = fe.LineScenario(num_agents=30, escape_force="linear_as_printed", max_steps=10)
 PICTURES = {"render_mode": "rgb_array", "render_size": 160}
+REMEMBERING: dict[str, Callable[..., Any]] = {
+    "gymnasium": partial(fe.FlockEscapeEnv, HUNTED),
+    "predator": lambda predator_policy: fe.PredatorEnv(HUNTED, flock_policy=predator_policy, per_agent=True),
+    **{mode.value: partial(BatchVectorEnv, 3, HUNTED, autoreset_mode=mode) for mode in AutoresetMode},
+    "a slot per agent": partial(BatchVectorEnv, 10, HUNTED, per_agent=True),
+    "parallel": partial(fe.parallel_env, HUNTED),
+    "stable-baselines3": partial(vec_env, HUNTED, 3),
+    "stable-baselines3, a slot per agent": partial(vec_env, HUNTED, 2, per_agent=True),
+    "a slot per predator": lambda predator_policy: BatchVectorEnv(
+        3, HUNTED, side="predator", flock_policy=predator_policy
+    ),
+}
+"""Environments whose predator or flock follows the argument ``predator_policy``."""
 
 
 class Adapter(NamedTuple):
@@ -110,21 +123,6 @@ class Weave(RowMemory):
         return np.repeat(share[:, np.newaxis], spec.dimension, axis=1)
 
 
-REMEMBERING: dict[str, Callable[..., Any]] = {
-    "gymnasium": partial(fe.FlockEscapeEnv, HUNTED),
-    "predator": lambda predator_policy: fe.PredatorEnv(HUNTED, flock_policy=predator_policy, per_agent=True),
-    **{mode.value: partial(BatchVectorEnv, 3, HUNTED, autoreset_mode=mode) for mode in AutoresetMode},
-    "a slot per agent": partial(BatchVectorEnv, 10, HUNTED, per_agent=True),
-    "parallel": partial(fe.parallel_env, HUNTED),
-    "stable-baselines3": partial(vec_env, HUNTED, 3),
-    "stable-baselines3, a slot per agent": partial(vec_env, HUNTED, 2, per_agent=True),
-    "a slot per predator": lambda predator_policy: BatchVectorEnv(
-        3, HUNTED, side="predator", flock_policy=predator_policy
-    ),
-}
-"""Environments whose predator or flock follows the argument ``predator_policy``."""
-
-
 def start(env: Any, seed: int | None = None, options: Any = None) -> Any:
     """Reset with a seed, or without one."""
     if isinstance(env, VecEnv):
@@ -174,8 +172,7 @@ def step(env: Any, actions: Any) -> Any:
     seen = []
     for _ in range(len(env.agents)):
         seen.append(env.last())
-        is_over = seen[-1][2] or seen[-1][3]
-        env.step(None if is_over else actions[env.agent_selection])
+        env.step(None if any(seen[-1][2:4]) else actions[env.agent_selection])
     return seen
 
 
@@ -184,8 +181,7 @@ def info_of(environment: Any, returned: Any) -> dict[str, Any]:
     if isinstance(environment, AECEnv):
         return dict(environment.infos["agent_0"])
     if isinstance(environment, VecEnv):
-        infos = returned[-1] if isinstance(returned, tuple) else environment.reset_infos
-        return dict(infos[0])
+        return dict((returned[-1] if isinstance(returned, tuple) else environment.reset_infos)[0])
     return dict(returned[-1].get("agent_0", returned[-1]))
 
 

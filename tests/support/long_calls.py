@@ -32,6 +32,7 @@ huge = fe.FlockScenario(num_agents=1_000_000, initial_side=5774.0, num_steps=10)
 dense = fe.FlockScenario(num_agents=10_000, initial_side=100.0, blind_angle=1.0, num_steps=100)
 line = fe.LineScenario(escape_force="linear_as_printed", max_steps=FOREVER)
 points = np.random.default_rng(0).uniform(0.0, 1.0, (1_000_000, 2))
+mutual = fe.FlockScenario(num_agents=len(points), blind_angle=1.0, mutual=True)
 
 Call = Callable[[], Any]
 
@@ -120,14 +121,7 @@ CALLS: dict[str, Callable[[], Call]] = {
     "perron_matrix": lambda: lambda: graph.perron_matrix(points[:15_000, 0], 0.1),
     "laplacian": lambda: lambda: graph.laplacian(points[:15_000, 0], 0.1),
     "neighbor_pairs": lambda: lambda: graph.neighbor_pairs(None, points[:30_000], 0.2),
-    "component_labels": lambda: (
-        lambda: graph.component_labels(
-            fe.FlockScenario(num_agents=len(points), blind_angle=1.0, mutual=True),
-            points,
-            0.05,
-            velocities=points,
-        )
-    ),
+    "component_labels": lambda: lambda: graph.component_labels(mutual, points, 0.05, velocities=points),
 }
 
 at = [0.0]

@@ -36,9 +36,8 @@ def run_masked(script: str, level: int, folder: Path) -> Any:
 def run_with_baseline_numpy(script: str) -> Any:
     """Run a script that prints JSON, and return the result. NumPy uses only what every processor has."""
     has = _multiarray_umath.__cpu_features__
-    return _run(
-        script, NPY_DISABLE_CPU_FEATURES=" ".join(filter(has.get, _multiarray_umath.__cpu_dispatch__))
-    )
+    hidden = " ".join(filter(has.get, _multiarray_umath.__cpu_dispatch__))
+    return _run(script, NPY_DISABLE_CPU_FEATURES=hidden)
 
 
 def _run(script: str, **variables: str) -> Any:

@@ -17,8 +17,7 @@ from objective_values import LATER
 from option_table import EVERY_STEP, small_flock
 
 from flockesc_env import FlockScenario, LineScenario, NetworkPolicy, load_policy, rollout, simulate
-from flockesc_env.policies import Architecture, StubbornWitnesses
-from flockesc_env.policies.registry import NAMES
+from flockesc_env.policies import NAMES, Architecture, StubbornWitnesses
 
 SEEDS = range(6)
 SHARED = ("last_range", "polarization", "mean_distance", "heading_away", "spread")
@@ -38,8 +37,7 @@ Case = tuple[FlockScenario | LineScenario, Architecture, dict[str, Any]]
 
 def policy_of(architecture: Architecture) -> NetworkPolicy:
     """Return a network that listens far and near; its parameters are exact on every machine."""
-    numbers = (37 * np.arange(architecture.size) + 11) % 61
-    return NetworkPolicy(architecture, (numbers - 30) / 32)
+    return NetworkPolicy(architecture, ((37 * np.arange(architecture.size) + 11) % 61 - 30) / 32)
 
 
 def cases() -> dict[str, Case]:

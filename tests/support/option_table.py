@@ -25,6 +25,7 @@ AGENT_REWARDS = FLOCK_REWARDS + INDIVIDUAL_REWARDS
 SENSING_RANGES = (30.0, math.inf, 5.0)
 STEPS_PER_ACTION = (1, 4, 7)
 DIMENSIONS = (2, 3)
+dimensions = pytest.mark.parametrize("dimension", DIMENSIONS)
 IDS = [
     name
     for name, spec in gymnasium.registry.items()

@@ -25,9 +25,7 @@ PACKS: dict[str, Any] = {
     "nearest": lambda s: [sc.PurePursuit(*s[0]), sc.PurePursuit(*s[1], max_turn_rate=0.4, **FAST)],
     "centroid": lambda s: [sc.PurePursuit(*s[0], target="centroid", **FAST)],
     "most isolated": lambda s: [sc.PurePursuit(*s[0], target="most_isolated", **FAST)],
-    "assigned": lambda s: [
-        sc.PurePursuit(*start, max_turn_rate=2.0, target="assigned", **FAST) for start in s
-    ],
+    "assigned": lambda s: [sc.PurePursuit(*at, max_turn_rate=2.0, target="assigned", **FAST) for at in s],
     "intercept": lambda s: [
         sc.Intercept(*s[0]),
         sc.Intercept(*s[1], max_turn_rate=2.0, navigation_constant=4.0, **FAST),
@@ -77,8 +75,7 @@ class Stream:
 
     def normal(self) -> float:
         """Draw from N(0, 1), by Box and Muller."""
-        radius = math.sqrt(-2 * math.log(1 - self.uniform()))
-        return radius * math.cos(self.uniform(math.tau))
+        return math.sqrt(-2 * math.log(1 - self.uniform())) * math.cos(self.uniform(math.tau))
 
 
 def _key(seed: int) -> list[int]:
@@ -242,8 +239,7 @@ def confused(
     """Return the target of a predator that others can confuse; ``kept`` is its last one, if alive."""
     distances = np.linalg.norm(r - place, axis=1)
     seen = np.flatnonzero(distances <= predator.sight)
-    others = max(len(seen) - 1, 0)
-    if draws.uniform() < 1 - np.exp(-predator.confusion_rate * others * dt):
+    if draws.uniform() < 1 - np.exp(-predator.confusion_rate * max(len(seen) - 1, 0) * dt):
         return int(seen[int(draws.uniform(len(seen)))])
     return int(kept[0]) if np.isin(kept, seen).any() else int(distances.argmin())
 

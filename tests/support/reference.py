@@ -90,8 +90,7 @@ def flock_step(
         case FirstOrder():
             new_v = force.copy()
             if not scenario.constant_speed:
-                norms = np.maximum(np.linalg.norm(force, axis=1), speed)
-                new_v *= (speed / norms)[:, None]
+                new_v *= (speed / np.maximum(np.linalg.norm(force, axis=1), speed))[:, None]
         case _:
             new_v = v + scenario.time_step / mass[:, None] * force
     if scenario.constant_speed:
@@ -168,9 +167,7 @@ def zones_direction(law: Zones, offsets: Floats, velocities: Floats) -> Floats:
 def swarming_velocity(law: FirstOrder, offsets: Floats) -> Floats:
     """Return n times the velocity of an agent with other neighbors at ``offsets``."""
     apart = offsets[offsets.any(axis=1)]
-    return (law.attraction * apart - law.repulsion * apart / (apart**2).sum(axis=1, keepdims=True)).sum(
-        axis=0
-    )
+    return (law.attraction * apart - law.repulsion * apart / (apart**2).sum(axis=1, keepdims=True)).sum(0)
 
 
 def length(vector: Floats) -> float:
@@ -190,8 +187,7 @@ def per_agent(scenario: fe.FlockScenario, name: str) -> Floats:
 
 def directed_graph(positions: Floats, ranges: Floats) -> NDArray[np.bool]:
     """Return whether agent i (row) hears agent j (column)."""
-    distances = np.linalg.norm(positions[:, None] - positions[None, :], axis=-1)
-    return distances <= ranges[:, None]
+    return np.linalg.norm(positions[:, None] - positions[None, :], axis=-1) <= ranges[:, None]
 
 
 def reached_by(scenario: fe.FlockScenario, state: FlockState) -> NDArray[np.bool]:

@@ -11,7 +11,6 @@ import pytest
 
 import flockesc_env as fe
 from flockesc_env.models import Trajectory
-from flockesc_env.policies import StubbornLeaders
 from flockesc_env.scenario import ConstantVelocity, PurePursuit
 from flockesc_env.watch.live import has_engine
 
@@ -23,7 +22,7 @@ TWO = (ConstantVelocity(), PurePursuit((90.0, 90.0, 0.0), (-12.0, 0.0, 0.0)))
 RUNS = {
     "one range": lambda: fe.simulate(FLOCK, 10.0, seed=3),
     "schedule": lambda: fe.simulate(FLOCK, policy=fe.ScheduledRange(np.linspace(0, 30, 9)), seed=2**64 - 1),
-    "range per agent": lambda: fe.simulate(FLOCK, policy=StubbornLeaders(), seed=5, per_agent=True),
+    "range per agent": lambda: fe.simulate(FLOCK, policy=fe.StubbornLeaders(), seed=5, per_agent=True),
     "in space, two predators": lambda: fe.simulate(FLOCK.replace(dimension=3, predators=TWO), 20.0, seed=1),
     "no predator": lambda: fe.simulate(FLOCK.replace(predators=()), 20.0, seed=1),
     "given start": lambda: fe.simulate(
@@ -49,14 +48,13 @@ def numbers(column: dict[str, Any]) -> np.ndarray:
 
 def assert_shows(shown: Any, run: Trajectory) -> None:
     columns = {name: numbers(column) for name, column in shown["columns"].items()}
-    in_force = np.concatenate([run.interaction_ranges, run.interaction_ranges[-1:]])
     expected = {
         "times": run.times,
         "positions": run.positions,
         "predators": run.predator_positions,
         "meanDistance": run.mean_distance,
         "lowestMean": [run.mean_distance[: t + 1].min() for t in range(len(run.times))],
-        "ranges": in_force,
+        "ranges": np.concatenate([run.interaction_ranges, run.interaction_ranges[-1:]]),
     }
     for name, values in expected.items():
         np.testing.assert_array_equal(columns[name], np.asarray(values, np.float32), err_msg=name)

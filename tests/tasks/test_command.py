@@ -7,13 +7,10 @@ from pathlib import Path
 import pytest
 from cli_runs import Cli, Ran, policy_file
 
-from flockesc_env import load_policy
+from flockesc_env import StubbornLeaders, load_policy, tasks
 from flockesc_env.cli import tasks as command
 from flockesc_env.cli.output import Exit
-from flockesc_env.policies import StubbornLeaders
-from flockesc_env.taskset.results import read_result
-from flockesc_env.taskset.scoring import draw_flocks
-from flockesc_env.taskset.task import tasks
+from flockesc_env.taskset import draw_flocks, read_result
 
 TASK = "per-agent-visible"
 

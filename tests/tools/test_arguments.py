@@ -22,7 +22,6 @@ from same import plain, same, spoil
 
 import flockesc_env as fe
 from flockesc_env import flockesc_v1, models, policies, sb3, scenario, watch
-from flockesc_env.common.errors import FlockescError
 from flockesc_env.envs import vector
 from flockesc_env.policies import RandomRange, bind
 from flockesc_env.render import draw, video
@@ -40,6 +39,13 @@ NOT_CALLED = {
     "policies.torch_network",
 }
 MODULES = (scenario, models, policies, sb3, watch, flockesc_v1, vector, environments)
+SEED = table.integer(3, 0)
+FLOCKS = table.Kind(
+    1,
+    [-1, 64, 2**64, 1.0, [0, 64], [[0]], np.array(0.0), np.zeros(2, np.bool)],
+    [[1], np.array([1]), np.int64(1)],
+    accepts=(type(None),),
+)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -118,15 +124,6 @@ def row_of(call: Any) -> Row:
     is_plain = not isinstance(call, type) or dataclasses.is_dataclass(call)
     after = played if hasattr(call, "step") else Row.after if is_plain else vars
     return Row(call, own, after=AFTER.get(call, after), passed=passed)
-
-
-SEED = table.integer(3, 0)
-FLOCKS = table.Kind(
-    1,
-    [-1, 64, 2**64, 1.0, [0, 64], [[0]], np.array(0.0), np.zeros(2, np.bool)],
-    [[1], np.array([1]), np.int64(1)],
-    accepts=(type(None),),
-)
 
 
 def state(good: bytes) -> table.Kind:
@@ -257,7 +254,7 @@ def called(row: Row, subject: Any, **changes: Any) -> Any:
 def complaint(row: Row, subject: Any, name: str, value: Any) -> str | None:
     try:
         called(row, subject, **{name: value})
-    except FlockescError as error:
+    except fe.FlockescError as error:
         is_named = any(known in error.field for known in (name, *table.ALIASES.get(name, ())))
         is_told = str(error) == f"{error.field}: expected {error.expected}, got {error.given}"
         return None if is_named and is_told and len(str(error)) < 1500 else f"{error!r:.200}"

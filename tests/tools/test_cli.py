@@ -16,16 +16,14 @@ from cli_runs import SMALL, SMALL_FLAGS, Cli, plain, policy_file, run_process, s
 from PIL import Image
 
 import flockesc_env as fe
-from flockesc_env import __version__
 from flockesc_env.cli import COMMANDS
 from flockesc_env.cli.output import MEANINGS, Exit
 from flockesc_env.models.records import load_run, run_differences, save_run
 from flockesc_env.scenario import AlignedHeadings, Herd, Intercept, PurePursuit, Ring, Vicsek
-from flockesc_env.taskset import tasks
 
 
 def test_a_simulation_without_a_range_takes_the_best_fixed_one(cli: Cli) -> None:
-    (scale,) = tasks["per-agent-visible"].scales.values()
+    (scale,) = fe.tasks["per-agent-visible"].scales.values()
     document = cli("simulate", "--seed", 7, *SMALL_FLAGS, "--json").json()
     assert document["policy"] == f"fixed:{scale.best_fixed_range:g}"
     assert document["min_mean_distance"] == fe.simulate(SMALL, 12.0, seed=7).mean_distance.min()
@@ -58,6 +56,7 @@ def test_a_simulation_equals_the_librarys(
     assert cli("simulate", spec, *other, "--json").json()["scenario"]["num_agents"] == 1000
 
 
+PURSUER = PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid")
 CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
     "predators": (
         [
@@ -68,13 +67,7 @@ CHANGED: dict[str, tuple[list[str], fe.FlockScenario | fe.LineScenario]] = {
             "predators.2.max_speed=null",
             "predators.1.velocity.0=3",
         ],
-        SMALL.replace(
-            predators=(
-                PurePursuit((90.0, 90.0), max_turn_rate=2.0, target="centroid"),
-                Intercept(velocity=(3.0, 10.0)),
-                Herd(),
-            )
-        ),
+        SMALL.replace(predators=(PURSUER, Intercept(velocity=(3.0, 10.0)), Herd())),
     ),
     "kinds": (
         ["initial_positions=ring", "initial_positions.radius=9", "initial_headings=aligned", "motion=vicsek"],
@@ -99,9 +92,7 @@ def test_every_kind_of_field_can_be_set(name: str, cli: Cli) -> None:
 
 
 @pytest.mark.parametrize(("suffix", "encoding"), [(".TOML", "utf-8-sig"), (".json", "utf-8")])
-def test_a_scenario_comes_from_a_file_and_is_changed(
-    suffix: str, encoding: str, cli: Cli, tmp_path: Path
-) -> None:
+def test_a_scenario_of_a_file_is_changed(suffix: str, encoding: str, cli: Cli, tmp_path: Path) -> None:
     path, pursuer = tmp_path / f"storm{suffix}", PurePursuit(velocity=(12.0, 0.0))
     scenario = SMALL.replace(num_agents=3, mass=(0.1, 1.0, 2.0), predators=(pursuer,))
     written = scenario.replace(num_steps=30)
@@ -303,4 +294,4 @@ def test_commands_start_in_a_deleted_folder(tmp_path: Path) -> None:
     program = str(Path(sys.executable).with_name("flockesc"))
     command = ["sh", "-c", 'cd "$1" && rmdir "$1" && exec "$2" --version', "sh", str(tmp_path), program]
     ran = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603
-    assert (ran.returncode, ran.stdout) == (Exit.DONE, f"flockesc {__version__}\n"), ran.stderr
+    assert (ran.returncode, ran.stdout) == (Exit.DONE, f"flockesc {fe.__version__}\n"), ran.stderr

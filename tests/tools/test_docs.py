@@ -11,7 +11,6 @@ from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import resolve_name
-from types import ModuleType
 from typing import Any, get_args
 
 import pytest
@@ -82,6 +81,7 @@ MODULES = (
     "flockesc_env",
     *(f"flockesc_env.{name}" for name in ["jobs", "notebook", "policies", "sb3", "watch"]),
 )
+DECIMAL = re.compile(r"(?<![\d.])\d+\.\d+(?![\d.]*\d)")
 
 
 def test_every_page_is_short() -> None:
@@ -89,9 +89,6 @@ def test_every_page_is_short() -> None:
     assert words.keys() == WORDS.keys()
     assert {name: number for name, number in words.items() if number > WORDS[name]} == {}
     assert len(README.splitlines()) <= 75
-
-
-DECIMAL = re.compile(r"(?<![\d.])\d+\.\d+(?![\d.]*\d)")
 
 
 @pytest.mark.parametrize("name", ["README", "docs/findings", "docs/paper", "docs/scoreboard"])
@@ -156,31 +153,24 @@ def test_all_files_have_the_version_of_the_crates() -> None:
         ("scenarios", [field.name for field in fields(fe.FlockScenario)]),
         ("environments", [field.name for field in fields(fe.EnvOptions)]),
         ("environments", [f'"{name}"' for kind in (TeamReward, IndividualReward) for name in get_args(kind)]),
+        ("environments", [f"flockesc_env:{name}" for name in IDS]),
         ("policies", NAMES),
         ("environments", [name for spec in OBJECTIVES for name in (spec.series, spec.name)]),
         ("model", [name for spec in OBJECTIVES for name in (spec.series, spec.name)]),
     ],
-    ids=["presets", "fields", "options", "rewards", "policies", "info", "columns"],
+    ids=["presets", "fields", "options", "rewards", "ids", "policies", "info", "columns"],
 )
 def test_a_users_page_names_all_that_there_is(page: str, names: Iterable[str]) -> None:
     text = (ROOT / "docs" / f"{page}.md").read_text("utf-8")
     assert [name for name in names if f"`{name}" not in text and f"{name}`" not in text] == []
 
 
-def test_a_users_page_names_every_registered_environment() -> None:
-    text = (ROOT / "docs" / "environments.md").read_text("utf-8")
-    assert [name for name in IDS if f"flockesc_env:{name}" not in text] == []
-
-
-def public(module: ModuleType) -> set[str]:
-    own = {name for name, item in vars(module).items() if getattr(item, "__module__", "") == module.__name__}
-    return {name for name in getattr(module, "__all__", own) if not name.startswith("_")}
-
-
 @pytest.mark.parametrize("module", MODULES)
 def test_every_public_name_is_documented(module: str) -> None:
     documented = {id(resolve_name(":".join(name.rsplit(".", 1)))) for name in DOCUMENTED}
-    names = public(import_module(module))
+    items = vars(import_module(module))
+    own = {name for name, item in items.items() if getattr(item, "__module__", "") == module}
+    names = {name for name in items.get("__all__", own) if not name.startswith("_")}
     modules = {name.split(".")[1] for name in DOCUMENTED if module == "flockesc_env" and name.count(".") > 1}
     assert names
     assert sorted((names | modules) - {*dir(import_module(module))}) == []

@@ -5,6 +5,7 @@ import json
 import shutil
 import subprocess
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,6 @@ from watch_documents import needs_engine
 import flockesc_env as fe
 from flockesc_env.common.array_files import read_document
 from flockesc_env.common.checks import FloatArray
-from flockesc_env.common.errors import InputError
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.episodes.starts import as_start
 from flockesc_env.models.graph import neighbor_pairs
@@ -38,6 +38,30 @@ pytestmark = [
 ]
 
 Case = dict[str, Any]
+VIEWS: list[tuple[bool, dict[str, Any]]] = [
+    (False, {}),
+    (True, {"reward": "individual_distance_change"}),
+    (True, {"reward": "difference", "steps_per_action": 3}),  # plays a copy for every agent
+]
+far = partial(EnvOptions, action_mode="range", max_range=100.0)
+UNEVEN = {"inputs": ["time"], "hidden": [3], "ranges": [0.3, 7.3, 17.9]}
+"""A network that chooses from ranges that are no float32."""
+BOX = pytest.param(fe.FlockScenario(predators=(), periodic_side=60.0, initial_side=60.0), id="torus")
+EPISODE = {"kind": "episode", "scenario": "{}", "options": "{}", "seed": "0", "actions": [[[1.0], []]]}
+ZEROS = [0.0] * 600
+REFUSED: list[tuple[str, Any, str]] = [
+    ("steps_per_action", 0, "expected an integer from 1 to "),
+    ("min_range", -5, "expected a finite number of at least 0, got -5"),
+    ("range_grid", [-1.0, 5.0], "expected ranges from 0.0 to 40.0"),
+    ("action_mode", "range", "expected 'normalized', got 'range'"),
+    ("profile_ranges", [5.0, 5.0], "expected increasing ranges"),
+    ("predator_sensing_range", -1, ""),
+    ("extra_entries", ["wings"], ""),
+    ("reward", "no", ""),
+    ("count_components", 1, ""),
+    ("wings", 1, ""),
+    ("view", "agent", ""),
+]
 
 
 def played_in_node(cases: list[Case]) -> list[Any]:
@@ -105,28 +129,15 @@ def flocks() -> dict[str, fe.FlockScenario]:
     return found
 
 
-VIEWS: list[tuple[bool, dict[str, Any]]] = [
-    (False, {}),
-    (True, {"reward": "individual_distance_change"}),
-    (True, {"reward": "difference", "steps_per_action": 3}),  # plays a copy for every agent
-]
-
-
 def test_flocks_of_both_views_have_the_same_bits() -> None:
     """Presets and large flocks in the agents' view alone."""
     played = [
-        play(
-            FlockBatch(
-                scenario, EnvOptions(action_mode="range", max_range=100.0, **extra), per_agent=per_agent
-            )
-        )
+        play(FlockBatch(scenario, far(**extra), per_agent=per_agent))
         for name, scenario in flocks().items()
         for per_agent, extra in (VIEWS[1:2] if name in fe.PRESETS or scenario.num_agents > 100 else VIEWS)
     ]
     for dimension in (2, 3):
-        batch = FlockBatch(
-            flocks()[f"everything, {dimension}D"], EnvOptions(action_mode="range", max_range=100.0)
-        )
+        batch = FlockBatch(flocks()[f"everything, {dimension}D"], far())
         run = fe.simulate(batch.scenario, 9.0, seed=1)
         start = {"initial_positions": run.positions[9], "initial_velocities": run.velocities[9]}
         played += [play(batch, start)]
@@ -154,10 +165,6 @@ def network_case(
     }
     lowest = played.min_min_distance if chosen.objective == "min_min_distance" else played.min_mean_distance
     return case, [lowest[0], played.num_components[0]]
-
-
-UNEVEN = {"inputs": ["time"], "hidden": [3], "ranges": [0.3, 7.3, 17.9]}
-"""A network that chooses from ranges that are no float32."""
 
 
 def test_networks_set_the_same_ranges() -> None:
@@ -196,30 +203,14 @@ def test_stored_networks_set_the_same_ranges_on_a_flock_with_other_options() -> 
     assert_equal_in_node(played)
 
 
-REFUSED: list[tuple[str, Any, str]] = [
-    ("steps_per_action", 0, "expected an integer from 1 to "),
-    ("min_range", -5, "expected a finite number of at least 0, got -5"),
-    ("range_grid", [-1.0, 5.0], "expected ranges from 0.0 to 40.0"),
-    ("action_mode", "range", "expected 'normalized', got 'range'"),
-    ("profile_ranges", [5.0, 5.0], "expected increasing ranges"),
-    ("predator_sensing_range", -1, ""),
-    ("extra_entries", ["wings"], ""),
-    ("reward", "no", ""),
-    ("count_components", 1, ""),
-    ("wings", 1, ""),
-    ("view", "agent", ""),
-]
-
-
 def test_files_that_python_refuses_are_refused_by_name(tmp_path: Path) -> None:
     """Bounds have the same texts, because one check in the core serves both."""
     document = {"inputs": ["time"], "hidden": []}
     good = header_of(small_flock(), document, True, max_range=40.0)
     headers = [{**good, "options": {"max_range": 40.0, name: value}} for name, value, _ in REFUSED]
-    topological = small_flock(neighbor_rule=Topological()).to_json()
     changes: list[Case] = [
         {"scenario": {**good["scenario"], "num_agents": 0}},
-        {"scenario": json.loads(topological), "options": {}},
+        {"scenario": json.loads(small_flock(neighbor_rule=Topological()).to_json()), "options": {}},
         {"architecture": {**document, "inputs": ["wings"]}},
         {"architecture": {**document, "ranges": [50.0]}},
         {"per_agent": 1},
@@ -231,24 +222,18 @@ def test_files_that_python_refuses_are_refused_by_name(tmp_path: Path) -> None:
         [{"kind": "refusal", "header": json.dumps(each), "parameters": [1, 2]} for each in [good, *headers]]
     )
     assert messages[0] is None
-    rows = [(name, text) for name, _, text in REFUSED]
-    rows += [("", "")] * (len(headers) - len(REFUSED))
+    rows = [(name, text) for name, _, text in REFUSED] + [("", "")] * (len(headers) - len(REFUSED))
     for header, message, (name, text) in zip(headers, messages[1:], rows, strict=True):
         assert message, header
         np.savez(tmp_path / "bad.npz", header=np.array(json.dumps(header)), parameters=np.ones(2))
-        with pytest.raises(InputError) as caught:
+        with pytest.raises(fe.InputError) as caught:
             fe.load_policy(tmp_path / "bad.npz")
         for found in (message, str(caught.value)):
             assert text in found
-            assert name in found or ":" in text, (name, found)
+            assert name in found
 
 
-TORUS = pytest.param(fe.FlockScenario(predators=(), periodic_side=60.0, initial_side=60.0), id="torus")
-
-
-@pytest.mark.parametrize(
-    "scenario", ["paper-flock", "topological", "voronoi", "field-of-view", "space", TORUS]
-)
+@pytest.mark.parametrize("scenario", ["paper-flock", "topological", "voronoi", "field-of-view", "space", BOX])
 def test_neighbor_graphs_are_the_same(scenario: fe.FlockScenario | str) -> None:
     run, rng = fe.simulate(scenario, 12.0, seed=SEED), np.random.default_rng(SEED)
     n = run.scenario.num_agents
@@ -260,10 +245,6 @@ def test_neighbor_graphs_are_the_same(scenario: fe.FlockScenario | str) -> None:
         native = neighbor_pairs(run.scenario, arrays[0], radius, velocities=arrays[1])
         played.append(({**case, "arrays": [a.ravel().tolist() for a in arrays]}, native.ravel().tolist()))
     assert_equal_in_node(played)
-
-
-EPISODE = {"kind": "episode", "scenario": "{}", "options": "{}", "seed": "0", "actions": [[[1.0], []]]}
-ZEROS = [0.0] * 600
 
 
 @pytest.mark.parametrize(

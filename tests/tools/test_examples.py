@@ -23,9 +23,10 @@ from flockesc_env.watch.page import render, replay
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SHORT = ("--iterations", "1", "--flocks", "1", "--held-out", "4")
-GAIN = re.compile(
-    r"^([+-]\d+\.\d) m \[([+-]\d+\.\d), ([+-]\d+\.\d)\] over the best fixed range$", re.MULTILINE
-)
+GAIN = re.compile(r"(?m)^([+-]\d+\.\d) m \[([+-]\d+\.\d), ([+-]\d+\.\d)\] over the best fixed range$")
+FLOCK = fe.FlockScenario(num_agents=20, num_steps=12)
+RUN = fe.simulate(FLOCK, 10.0, seed=1)
+NOTEBOOKS = sorted((Path(__file__).parents[2] / "examples").glob("*.ipynb"))
 
 
 def gains(
@@ -78,11 +79,6 @@ def test_advantages_of_the_single_file() -> None:
             last = step + int(ends[0]) if len(ends) else 5
             expected = sum((gamma * decay) ** (t - step) * errors[t, slot] for t in range(step, last + 1))
             torch.testing.assert_close(advantages[step, slot], expected)
-
-
-FLOCK = fe.FlockScenario(num_agents=20, num_steps=12)
-RUN = fe.simulate(FLOCK, 10.0, seed=1)
-NOTEBOOKS = sorted((Path(__file__).parents[2] / "examples").glob("*.ipynb"))
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

@@ -16,9 +16,7 @@ from flockesc_env.common.files import atomic_write, check_writable, write_togeth
 
 SIMULATE = ["simulate", "fixed:5", *SMALL_FLAGS]
 WATCH = ["watch", "fixed:5", *SMALL_FLAGS]
-pytestmark = pytest.mark.skipif(
-    os.name != "posix", reason="links, modes and limits on files are those of POSIX"
-)
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="links, modes and limits are those of POSIX")
 needs_full = pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
 
 
@@ -70,9 +68,7 @@ def test_files_that_belong_together_have_one_age_even_after_a_kill(
     assert {path for path in tmp_path.iterdir() if path.suffix != ".part"} == {*paths}
 
 
-def test_a_file_is_on_the_disk_before_it_gets_its_name(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_is_on_disk_before_it_gets_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A power failure leaves the older file or the new one, not an empty one."""
     calls = []
 

@@ -35,9 +35,7 @@ RUNS = {
     ),
     "learned predator": lambda: fe.simulate(FLOCK.replace(predators=(Learned(),)), 10.0, seed=3),
     "line": lambda: fe.simulate_line(fe.LineScenario(), 0.1, seed=3),
-    "line, given": lambda: fe.simulate_line(
-        fe.LineScenario(num_agents=3), 0.1, initial_state=[0.1, 0.5, 0.9]
-    ),
+    "line, given": lambda: fe.simulate_line(fe.LineScenario(num_agents=3), 0.1, initial_state=[0.1, 0.5, 1]),
     "line, no predator": lambda: fe.simulate_line(fe.LineScenario(predator_position=None), 0.2, seed=3),
     **{f"part {case.id}": partial(with_part, *case.values) for case in PARTS},
 }
@@ -59,14 +57,6 @@ def test_saved_runs_load_and_replay(name: str, tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def rewrite(path: Path, **changes: Any) -> None:
-    with np.load(path) as file:
-        columns = {name: file[name] for name in file.files}
-    columns |= changes
-    with path.open("wb") as target:
-        np.savez(target, **{name: value for name, value in columns.items() if value is not None})
-
-
 @pytest.mark.parametrize(
     ("changes", "field"),
     [
@@ -81,10 +71,10 @@ def rewrite(path: Path, **changes: Any) -> None:
 def test_a_file_of_another_format_is_named(changes: dict[str, Any], field: str, tmp_path: Path) -> None:
     path = tmp_path / "run.npz"
     save_run(fe.simulate(FLOCK, 10.0, seed=3), path)
-    rewrite(path, **changes)
-    with pytest.raises(fe.InputError) as caught:
+    columns = {**np.load(path), **changes}
+    np.savez(path, **{name: value for name, value in columns.items() if value is not None})
+    with pytest.raises(fe.InputError, check=lambda error: error.field == field):
         load_run(path)
-    assert caught.value.field == field
 
 
 @pytest.mark.parametrize(
@@ -108,6 +98,5 @@ def test_impossible_numbers_are_named(name: str, column: str, bad: float, tmp_pa
     values = np.array(getattr(run, column))
     values.flat[-1] = bad
     save_run(dataclasses.replace(run, **{column: values}), path)
-    with pytest.raises(fe.InputError) as caught:
+    with pytest.raises(fe.InputError, check=lambda error: error.field.partition("[")[0] == column):
         load_run(path)
-    assert caught.value.field.partition("[")[0] == column

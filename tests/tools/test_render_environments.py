@@ -41,7 +41,6 @@ BATCHED = {
     "sb3 flocks": lambda **options: vec_env(small_flock(), 3, **options),
     "sb3 agents": lambda **options: vec_env(small_flock(), 3, per_agent=True, **options),
 }
-single = pytest.mark.parametrize("interface", SINGLE)
 every = pytest.mark.parametrize("interface", [*SINGLE, *BATCHED])
 
 
@@ -53,7 +52,7 @@ def step(env: Any) -> None:
     envs.step(env, envs.same_action(env, np.array([-0.8], np.float32)))
 
 
-@single
+@pytest.mark.parametrize("interface", SINGLE)
 def test_pictures_follow_the_episode(interface: str) -> None:
     env = make(interface, render_mode="rgb_array")
     start(env, 0)
@@ -125,9 +124,7 @@ def test_the_window_shows_the_same_pixels_as_arrays(interface: str) -> None:
 
 
 @every
-def test_an_environment_needs_pygame_at_its_first_picture(
-    interface: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_pygame_is_needed_at_the_first_picture(interface: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """stable-baselines3 makes environments with ``render_mode="rgb_array"``."""
     monkeypatch.delitem(sys.modules, "flockesc_env.render.picture")
     monkeypatch.setattr("flockesc_env.common.extras.find_spec", lambda _: None)
@@ -245,8 +242,7 @@ def test_the_ring_is_the_lowest_mean_distance_so_far() -> None:
     for distance, is_ring in ((run.mean_distance.min(), True), (run.mean_distance[-1], False)):
         edge = eye.pixels(run.predator_positions[-1, 0] + distance * np.array([0.6, -0.8]))
         assert near(draw(run, 240), edge, rgb(LIGHT.ink)) == is_ring
-    shown = {"95 m", "27 of 100 listen to 20 m", "70 to nobody"}
-    assert shown <= words(lambda: draw(run, 240))
+    assert {"95 m", "27 of 100 listen to 20 m", "70 to nobody"} <= words(lambda: draw(run, 240))
 
 
 def test_a_picture_without_predators_or_agents_says_so() -> None:

@@ -14,13 +14,6 @@ from flockesc_env.models.records import save_run, versions
 from flockesc_env.watch import write_page
 
 BOARD = Path(__file__).parents[2] / "scoreboard" / "search"
-HAS_ENGINE = ["flockesc_env.cli.runs.has_engine", "flockesc_env.watch.page.has_engine"]
-
-
-@pytest.fixture
-def without_engine(monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in HAS_ENGINE:
-        monkeypatch.setattr(name, lambda: False)
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -55,8 +48,7 @@ def test_a_page_of_policies_records_those_that_it_cannot_run(
     code = "from flockesc_env import load_policy\ndef mine():\n    return load_policy('mine.npz')\n"
     (tmp_path / "user_code.py").write_text(code)
     specs = ["fixed:1e1", "stubborn-witnesses", mine, "stubborn-leaders", "user_code:mine"]
-    command = ["watch", *specs, "--seed", 2**64 - 1, *SMALL_FLAGS, "--no-browser", *flags]
-    ran = cli(*command)
+    ran = cli("watch", *specs, "--seed", 2**64 - 1, *SMALL_FLAGS, "--no-browser", *flags)
     assert ran.code == Exit.DONE
     assert ran.out.startswith("" if flags else "The page is ")
     path = Path("page.html") if flags else Path(ran.out.strip().removeprefix("The page is "))
@@ -85,8 +77,11 @@ def test_policies_that_cannot_play_are_refused(suffix: str, cli: Cli, tmp_path: 
         assert message in ran.err
 
 
-@pytest.mark.usefixtures("without_engine")
-def test_without_the_engine_a_page_of_policies_is_recorded(cli: Cli, tmp_path: Path) -> None:
+def test_without_the_engine_a_page_of_policies_is_recorded(
+    cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in ("cli.runs", "watch.page"):
+        monkeypatch.setattr(f"flockesc_env.{module}.has_engine", lambda: False)
     page, specs = tmp_path / "page.html", ["fixed:10", str(policy_file(tmp_path / "mine.npz"))]
     ran = cli("watch", *specs, *SMALL_FLAGS, "--output", page)
     assert ran.code == Exit.DONE
