@@ -80,7 +80,7 @@ def attacks(
     corners.
     """
     ways, side = diagonals(scenario.dimension), scenario.initial_side
-    if scenario.repulsion_strength > 0:
+    if scenario.repulsion_strength != 0:
         ways = ways[:1]
     flights = [fly(scenario, rho * side, seeds) for rho in ranges]
     return {
