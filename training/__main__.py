@@ -34,7 +34,8 @@ def _train(
     Example: python -m training train per-agent-visible --learner ppo --seed 3
     """
     require("train", _MODULES)
-    from training.run import Run, train
+    from training.run import Run
+    from training.train import train
 
     folder = Path("runs") / task / f"{learner}-{seed}" if run is None else run
     show(f"Policy: {train(Run.of(task, learner, seed, folder, progress=progress), resume=resume)}")

@@ -1,4 +1,4 @@
-"""``Run``: a training run, the files of its folder, and the record that repeats or continues it; ``train``.
+"""``Run``: a training run, the files of its folder, and the record that repeats or continues it.
 
 - config.json: task, learner, seed and versions.
 - policy.npz: the policy; of stable-baselines3 also model.zip and best_model.zip.
@@ -13,14 +13,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from pkgutil import resolve_name
 from typing import Any
 
 import msgspec
 
 from flockesc_env import InputError, Policy, save_policy, tasks
 from flockesc_env.common.checks import parse_json
-from flockesc_env.common.extras import require
 from flockesc_env.common.files import check_writable, read_sealed, write_sealed, write_text
 from flockesc_env.common.stats import FloatArray
 from flockesc_env.models.records import versions
@@ -38,14 +36,6 @@ MODEL_FILE = "model.zip"
 CHECKPOINT_FILE = "checkpoint.pickle"
 CURVE_FLOCKS = 200
 """Tuning flocks on which the learning curves of all but stable-baselines3 are measured."""
-
-_OWN = {
-    "search": "training.search:SearchRounds",
-    "gradient": "training.gradient:GradientRounds",
-    "imitation": "training.imitation:ImitationRounds",
-    "rule": "training.rule_search:RuleRounds",
-}
-"""Algorithms of this project. They are imported late, because importing torch takes seconds."""
 
 
 def packages_of(algorithm: str) -> tuple[str, ...]:
@@ -193,19 +183,3 @@ class Measured:
     samples: int = 0
     cpu_seconds: float = 0.0
     curve: list[tuple[int, float]] = field(default_factory=list)
-
-
-def train(run: Run, *, resume: bool = False) -> Path:
-    """Train, or continue an unfinished run, and return the path of the policy.
-
-    Raises:
-        InputError: if a hyperparameter is unknown or out of bounds, or see ``Run.begin``.
-    """
-    if run.learner.algorithm == "gradient":
-        require("jax", ["jax", "optax"])
-    if run.learner.algorithm not in _OWN:
-        from training import sb3
-
-        return sb3.train(run, resume=resume)
-    path: Path = resolve_name(_OWN[run.learner.algorithm])(run).train(resume=resume)
-    return path

@@ -21,7 +21,7 @@ from flockesc_env.jobs import Arrays, Job
 from flockesc_env.models.records import versions
 from flockesc_env.policies.registry import POLICY_FILE
 from training.run import RUN_FILE, Run, packages_of
-from training.run import train as train_run
+from training.train import train as train_run
 
 TRANSFERRED: Final = ("held-out-predators", "held-out-sizes")
 """Tasks on which nobody trains: they score the policies of ``per-agent-visible`` that the wheel ships."""

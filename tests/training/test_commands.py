@@ -21,7 +21,7 @@ from flockesc_env.sb3 import RangePolicy
 from flockesc_env.taskset import tasks
 from training.__main__ import TRAINING
 from training.figures import draw
-from training.run import train
+from training.train import train
 
 HELD_OUT = splits.HELD_OUT[:6]
 

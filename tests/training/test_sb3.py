@@ -25,8 +25,9 @@ from training import sb3
 from training.imitation import ImitationArguments
 from training.rounds import hyperparameters_of
 from training.rule_search import RuleArguments
-from training.run import Run, train
+from training.run import Run
 from training.search import SearchArguments
+from training.train import train
 
 SB3 = [name for name in LEARNERS if name not in OWN_ALGORITHMS]
 TABLES = [(task, name) for task in tasks for name in tasks[task].learners]

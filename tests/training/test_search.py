@@ -17,7 +17,8 @@ from flockesc_env.taskset.learners import Learner
 from training.families import Networks, Rules, rules_of
 from training.imitation import ImitationArguments, ImitationRounds, fit
 from training.rule_search import RuleRounds
-from training.run import Run, train
+from training.run import Run
+from training.train import train
 
 SEEDS = [4, 5]
 INPUTS = ("time", "predator_sensed", "predator_direction_ahead", "predator_direction_left")
