@@ -6,13 +6,14 @@ Commands import heavy optional libraries inside functions, after ``require`` has
 
 from collections.abc import Callable, Sequence
 
-from flockesc_env.cli import runs, sweep, tasks
+from flockesc_env.cli import runs, scan, sweep, tasks
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.output import Exit
 
 COMMANDS: dict[str, Callable[..., Exit]] = {
     "simulate": runs.simulate,
     "sweep": sweep.run,
+    "scan": scan.run,
     "presets": runs.presets,
     "watch": runs.watch,
     "replay": runs.replay,

@@ -32,6 +32,15 @@ from flockesc_env.scenario.presets import Scenario
 GRID_SIZE = 21
 """Number of ranges in the default grid."""
 
+Output = Annotated[
+    Path | None,
+    *optional(
+        "file for a table with one row per run (.parquet, .csv) or for a curve with its interval (.png, .svg,"
+        " .pdf); needs the analysis extra",
+        "none",
+    ),
+]
+
 
 def run(
     scenario: ScenarioFlags,
@@ -61,14 +70,7 @@ def run(
             metavar=f"{{{','.join(spec.name for spec in OBJECTIVES)}}}",
         ),
     ] = None,
-    output: Annotated[
-        Path | None,
-        *optional(
-            "file for a table with one row per run (.parquet, .csv) or for a curve with its interval (.png,"
-            " .svg, .pdf); needs the analysis extra",
-            "none",
-        ),
-    ] = None,
+    output: Output = None,
     num_threads: Threads = None,
     backend: Annotated[str | None, *optional(BACKEND, "threads of this process", "BACKEND")] = None,
     cache: Annotated[

@@ -8,6 +8,7 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import polars as pl
@@ -149,8 +150,25 @@ def test_files_say_where_they_come_from(
     path = tmp_path / f"found{suffix}"
     monkeypatch.setattr(sys, "argv", ["/somewhere/flockesc", "x y"])
     expected = {"version": fe.__version__, "command": "flockesc 'x y'", "scenario": SMALL.to_json()}
-    assert cli(*sweep_flags("--output", path)).code == Exit.DONE
-    assert origin_in(path) == {**expected, "seeds": "3:40"}
+    flags = ("--values", "speed=5,10", "--interaction-range", "9", "--seeds", "3:40")
+    for command in (sweep_flags(), ["scan", *SMALL_FLAGS, *flags]):
+        assert cli(*command, "--output", path).code == Exit.DONE
+        assert origin_in(path) == {**expected, "seeds": "3:40"}
+
+
+def test_a_scan_equals_the_librarys(cli: Cli) -> None:
+    flags = ["scan", *SMALL_FLAGS, "--values", "speed=5,10", "--values", "mass=0.1,0.2"]
+    flags += ["--interaction-range", "9", "3", "--seeds", "4", "--skip", "2"]
+    flags += ["--measures", "rotation", "num_components"]
+    given: Any = {"measures": ("rotation", "num_components"), "skip": 2}
+    result = fe.scan(SMALL, {"speed": [5, 10], "mass": [0.1, 0.2]}, [9, 3], range(4), **given)
+    ran = cli(*flags, "--json")
+    for name, found in ran.json()["measured"].items():
+        expected = {**result.values, **result.summary(name)}
+        assert found == {key: [None if np.isnan(x) else x for x in row] for key, row in expected.items()}
+    assert ran.err.count("steps for a time of") == sum(len(result.notes(name)) for name in result.series) > 0
+    shown = cli(*flags).out.splitlines()
+    assert (shown[0], shown[4], shown[7].split()[:3]) == ("rotation", "num_components", ["10", "0.2", "3"])
 
 
 def test_a_curve_has_its_own_style(cli: Cli, tmp_path: Path) -> None:
@@ -243,6 +261,7 @@ BAD: list[tuple[list[str], str]] = [
     (["sweep", "--seeds", "0:1_0"], "N or START:STOP, integers, got '0:1_0'"),
     (["sweep", "--seeds", "0:4:2"], "N or START:STOP, integers, got '0:4:2'"),
     (["sweep", "--interaction-ranges", "1", "--grid-size", "3"], "expected either ranges or a grid"),
+    (["scan", "--interaction-range", "1", "--values", "speed"], "values: expected PATH=NUMBER,NUMBER,.."),
     (["sweep", "--output", "nowhere/run.csv"], "output: expected a file in an existing folder"),
 ]
 
