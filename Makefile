@@ -23,7 +23,7 @@ $(UV):
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip --disable-pip-version-check install --quiet --constraint constraints.txt uv
 
-# Profile of Cargo. `dev` compiles in seconds after an edit and shares its crates with the tests. `release` is the
+# Profile of Cargo. `dev` compiles faster and shares its crates with the tests. `release` is the
 # profile of the wheel and some per cent faster. Both give the same results, bit for bit.
 PROFILE := dev
 # The first build compiles while packages download.
