@@ -80,11 +80,11 @@ function listening(run, step) {
 /** What a reader must know of a run besides its policy: where it was trained, how its agents see, and its seed. */
 function noteOf(run) {
   if (!run.isLive) return `recorded, ${run.seed === null ? "given start" : `seed ${run.seed}`}`;
-  if (run.kind === "fixed" || !run.numPredators) return "";
+  if (run.kind === "fixed") return "";
   const { trainedIn, options } = run.policy;
   const flown = JSON.parse(run.flight.unsteered);
   const isSame = (field) => JSON.stringify(trainedIn[field] ?? false) === JSON.stringify(flown[field] ?? false);
   if (trainedIn && !Object.keys(flown).every(isSame)) return "not trained for this scenario";
   const sensing = JSON.parse(options).predator_sensing_range;
-  return `predator ${sensing === null ? "always seen" : `seen within ${sensing} m`}`;
+  return run.numPredators ? `predator ${sensing === null ? "always seen" : `seen within ${sensing} m`}` : "";
 }
