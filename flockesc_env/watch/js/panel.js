@@ -22,6 +22,10 @@ class Panel {
     );
     this.scene = new Scene(this.canvas, page.camera);
     bindCamera(this.canvas, page.camera, () => page.draw());
+    new ResizeObserver(() => {
+      this.scene.size = null;
+      page.draw();
+    }).observe(this.canvas);
   }
 
   setRun(run) {
@@ -50,12 +54,12 @@ class Panel {
     const [now, caught] = [meters(run.meanDistance[step]), run.numAgents - run.survivors[step]];
     this.now.textContent = [now && `now ${now}`, caught && `${caught} caught`].filter(Boolean).join(", ");
     this.lowest.textContent = meters(run.lowestMean[step]);
-    const pieces = listening(run, step).map(([text, range]) => {
-      const dot = element("i");
-      dot.style.background = look.theme.colorOf(range);
-      return element("span", {}, dot, text);
-    });
-    this.listening.replaceChildren(...pieces);
+    const pieces = listening(run, step).map(([text, range]) => [text, `background: ${look.theme.colorOf(range)}`]);
+    const told = String(pieces);
+    if (told === this.told) return; // most pictures are of the same step
+    this.told = told;
+    const spans = pieces.map(([text, style]) => element("span", {}, element("i", { style }), text));
+    this.listening.replaceChildren(...spans);
   }
 }
 
