@@ -51,7 +51,7 @@ class Content:
     scenarios: Sequence[dict[str, Any]] = ()  # see `live.scenario_document`
     policies: Sequence[dict[str, Any]] = ()  # see `live.file_document`
     start: Mapping[str, Any]
-    playground: Mapping[str, Any] | None = None  # means over many flocks, and seeds of the tour
+    playground: Mapping[str, Any] | None = None  # means over many flocks
     heading: str = "Flock under attack"
     lead: str = _LEAD  # sentences below the heading
     head: str = ""  # HTML of metadata

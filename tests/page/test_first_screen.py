@@ -64,7 +64,7 @@ def test_a_guess_flies_until_no_ring_changes(tab: Page, playground: str) -> None
     wait(tab, "!page.player.isPlaying")
     assert tab.evaluate("page.player.time") == pytest.approx(stop)
     told = [f"{title}: {lowest(run):.1f} m" for title, run in zip(tab.evaluate(ROWS)[::2], lows, strict=True)]
-    assert all(each in text(tab, "#announcement") for each in told)
+    assert all(each in text(tab, "#announcement") for each in [f"seed {FIRST}", *told])
     tab.evaluate("location.hash = ''")  # does not ask again
     wait(tab, "page.runs[0].spec === 'fixed:12'")
     assert not tab.evaluate("page.look.asking")

@@ -90,7 +90,8 @@ class Choice {
     showAnswer(page, this.meansOf(flight), this);
     const ended = page.runs.filter(({ isNoted }) => isNoted);
     const texts = ended.map(({ title, objective }) => `${title}: ${objective.toFixed(1)} m`);
-    $("announcement").textContent = `Lowest mean distance. ${texts.join(", ")}.`;
+    const flock = `${flight.scenario.name}, ${flight.start ? "given start" : `seed ${flight.seed}`}`;
+    $("announcement").textContent = texts.length ? `${flock}. Lowest mean distance. ${texts.join(", ")}.` : flock;
   }
 
   /** The means over many flocks, where they hold: in the scenario of the playground as it is. */

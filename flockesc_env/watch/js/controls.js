@@ -20,8 +20,8 @@ class Controls {
     $("seed").addEventListener("change", ({ target }) => {
       const seed = parseSeed(target.value.trim());
       if (seed !== null) return page.fly({ seed });
-      this.show();
       page.say(`seed: expected an integer from 0 to 2^64 - 1, got ${target.value}`);
+      this.show();
     });
     Object.assign($("agents"), { min: AGENTS.least, max: AGENTS.most });
     $("agents").addEventListener("change", ({ target }) => {

@@ -265,8 +265,8 @@ class LivePage extends Page {
   /** What the field says to a reader who has not led the predator yet, or null. */
   get invitation() {
     const { isSteered, scenario } = this.flight;
-    const { time, isPlaying } = this.player;
-    if (isSteered) return isPlaying || this.steering.pointer ? null : "touch: it follows";
+    const { time, isPlaying, hasEnded } = this.player;
+    if (isSteered) return isPlaying || hasEnded || this.steering.pointer ? null : "touch: it follows";
     return this.isInviting && scenario.steered !== null && time >= 3 && time < 6 ? "drag the predator" : null;
   }
 

@@ -20,7 +20,6 @@ class Page {
       this.look.theme = readTheme();
       this.showAll();
     });
-    new ResizeObserver(() => this.draw()).observe($("panels"));
   }
 
   /** Starts with the runs of the document, at the time of the address. */

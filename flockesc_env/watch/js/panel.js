@@ -22,6 +22,10 @@ class Panel {
     );
     this.scene = new Scene(this.canvas, page.camera);
     bindCamera(this.canvas, page.camera, () => page.draw());
+    new ResizeObserver(() => {
+      this.scene.size = null;
+      page.draw();
+    }).observe(this.canvas);
   }
 
   setRun(run) {
@@ -50,12 +54,12 @@ class Panel {
     const [now, caught] = [meters(run.meanDistance[step]), run.numAgents - run.survivors[step]];
     this.now.textContent = [now && `now ${now}`, caught && `${caught} caught`].filter(Boolean).join(", ");
     this.lowest.textContent = meters(run.lowestMean[step]);
-    const pieces = listening(run, step).map(([text, range]) => {
-      const dot = element("i");
-      dot.style.background = look.theme.colorOf(range);
-      return element("span", {}, dot, text);
-    });
-    this.listening.replaceChildren(...pieces);
+    const pieces = listening(run, step).map(([text, range]) => [text, `background: ${look.theme.colorOf(range)}`]);
+    const told = String(pieces);
+    if (told === this.told) return; // most pictures are of the same step
+    this.told = told;
+    const spans = pieces.map(([text, style]) => element("span", {}, element("i", { style }), text));
+    this.listening.replaceChildren(...spans);
   }
 }
 
@@ -80,11 +84,11 @@ function listening(run, step) {
 /** What a reader must know of a run besides its policy: where it was trained, how its agents see, and its seed. */
 function noteOf(run) {
   if (!run.isLive) return `recorded, ${run.seed === null ? "given start" : `seed ${run.seed}`}`;
-  if (run.kind === "fixed" || !run.numPredators) return "";
+  if (run.kind === "fixed") return "";
   const { trainedIn, options } = run.policy;
   const flown = JSON.parse(run.flight.unsteered);
   const isSame = (field) => JSON.stringify(trainedIn[field] ?? false) === JSON.stringify(flown[field] ?? false);
   if (trainedIn && !Object.keys(flown).every(isSame)) return "not trained for this scenario";
   const sensing = JSON.parse(options).predator_sensing_range;
-  return `predator ${sensing === null ? "always seen" : `seen within ${sensing} m`}`;
+  return run.numPredators ? `predator ${sensing === null ? "always seen" : `seen within ${sensing} m`}` : "";
 }

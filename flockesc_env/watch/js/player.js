@@ -30,8 +30,7 @@ class Player extends EventTarget {
   }
 
   toggle() {
-    if (this.isPlaying) this.pause();
-    else this.play();
+    return this.isPlaying ? this.pause() : this.play();
   }
 
   play() {

@@ -27,7 +27,7 @@ class Scene {
   draw(time, look) {
     const { canvas, camera, context, run } = this;
     const density = window.devicePixelRatio || 1;
-    const [width, height] = [canvas.clientWidth, canvas.clientHeight];
+    const [width, height] = (this.size ??= [canvas.clientWidth, canvas.clientHeight]); // reading them lays out the page
     if (canvas.width !== Math.round(width * density) || canvas.height !== Math.round(height * density)) {
       canvas.width = Math.round(width * density);
       canvas.height = Math.round(height * density);
@@ -275,7 +275,7 @@ class Scene {
   }
 }
 
-/** Adds a mark along (ux, uy) to the path; it is shorter the more it points at the viewer. */
+/** Adds a mark along (ux, uy) to a path to fill, which closes it; it is shorter the more it points at the viewer. */
 function dart(context, x, y, ux, uy, length) {
   const across = Math.hypot(ux, uy) || 1;
   const [wx, wy] = [(-uy / across) * 0.42 * length, (ux / across) * 0.42 * length];
@@ -284,5 +284,4 @@ function dart(context, x, y, ux, uy, length) {
   context.lineTo(x - 0.5 * dx + wx, y - 0.5 * dy + wy);
   context.lineTo(x - 0.25 * dx, y - 0.25 * dy);
   context.lineTo(x - 0.5 * dx - wx, y - 0.5 * dy - wy);
-  context.closePath();
 }

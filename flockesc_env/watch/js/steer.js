@@ -47,7 +47,8 @@ class Steering {
     // A finger that holds the predator does not scroll the page.
     canvas.addEventListener("touchstart", (event) => isHeld() && event.preventDefault(), { passive: false });
     canvas.addEventListener("click", (event) => {
-      if (!isDrag(event)) page.inspect(panel, scene.agentAt(event.offsetX, event.offsetY));
+      const isLeading = page.flight.isSteered && page.player.isPlaying;
+      if (!isDrag(event) && !isLeading) page.inspect(panel, scene.agentAt(event.offsetX, event.offsetY));
     });
     const moves = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
     canvas.addEventListener(
