@@ -38,28 +38,32 @@ _SIMULATED_FLOCKS: Final = {"paper-flock": 200, "startled": 60, "varied": 60}
 
 
 def freeze(names: Sequence[str], runner: Runner) -> None:
-    """Measure the numbers of some tasks again, all if no name is given, and write them into ``FILE``."""
+    """Measure the numbers of some tasks again, all if no name is given, and write them into the files."""
+    names = names or list(tasks)
     frozen, rates = tomllib.loads(FILE.read_text("utf-8")), json.loads(ANY_RATE.read_text("utf-8"))
-    for name in names or tasks:
+    for name in names:
         task, entry = tasks[name], frozen["tasks"][name]
         entry["scales"] = {scenario: _scale(task, scenario, runner) for scenario in task.scenarios}
         measured = read_tasks(tomli_w.dumps(frozen))[name]
-        rates[name] = {rule: own_score(measured, rule, runner) for rule in rules_of(task)}
+        if task.scenario.range_unit != "neighbors":  # the rules' own ranges are lengths
+            rates[name] = {rule: own_score(measured, rule, runner) for rule in rules_of(task)}
     text = tomli_w.dumps(frozen)
     write_text(FILE, text)
-    write_best_fixed(read_tasks(text).values(), runner)
-    write_constants(runner)
+    chosen = [read_tasks(text)[name] for name in names]
+    write_best_fixed(chosen, runner)
+    write_constants(chosen, runner)
     write_text(ANY_RATE, document({name: rates[name] for name in tasks if name in rates}))
 
 
-def write_constants(runner: Runner) -> None:
-    """Write ``CONSTANTS``: see ``finer`` and ``warning``."""
-    finest = {name: {one: finer(task, one, runner) for one in task.scales} for name, task in tasks.items()}
-    warned = {}
-    for name in ("warned-flock", "warned-agents"):
-        (best,) = (one["range"] for one in finest[name].values())
-        warned[name] = warning(tasks[name], best, runner)
-    write_text(CONSTANTS, document({"finer": finest, "warning": warned}))
+def write_constants(measured: Iterable[Task], runner: Runner) -> None:
+    """Write the numbers of some tasks into ``CONSTANTS``: see ``finer`` and ``warning``."""
+    found = json.loads(CONSTANTS.read_text("utf-8"))
+    for task in measured:
+        found["finer"][task.name] = {one: finer(task, one, runner) for one in task.scales}
+        if task.name in ("warned-flock", "warned-agents"):
+            (best,) = (one["range"] for one in found["finer"][task.name].values())
+            found["warning"][task.name] = warning(task, best, runner)
+    write_text(CONSTANTS, document(found))
 
 
 def finer(task: Task, scenario: str, runner: Runner) -> dict[str, Any]:
@@ -100,17 +104,19 @@ def _fixed(model: Scenario, grid: Sequence[float], flocks: range, task: Task, ru
 
 
 def _tuning(model: Scenario) -> range:
-    return first_seeds(TUNING, 200 if model.num_agents > 500 else 1000)  # large flocks are slow
+    """Return 1,000 tuning flocks, or 200 of a slow model: many agents, or ranges that count neighbors."""
+    is_slow = model.num_agents > 500 or model.range_unit == "neighbors"
+    return first_seeds(TUNING, 200 if is_slow else 1000)
 
 
 def write_best_fixed(measured: Iterable[Task], runner: Runner) -> None:
-    """Play the best fixed range on the held-out flocks of every scenario and objective."""
-    columns = {
-        column_of(task, name): _fixed(task.scenarios[name], [scale.best_fixed_range], FLOCKS, task, runner)[0]
-        for task in measured
-        for name, scale in task.scales.items()
-    }
-    write_table(pl.DataFrame(columns), BEST_FIXED)
+    """Play the best fixed range on the held-out flocks of every scenario and objective of some tasks."""
+    table = pl.read_parquet(BEST_FIXED)
+    for task in measured:
+        for name, scale in task.scales.items():
+            (values,) = _fixed(task.scenarios[name], [scale.best_fixed_range], FLOCKS, task, runner)
+            table = table.with_columns(pl.Series(column_of(task, name), values))
+    write_table(table, BEST_FIXED)
 
 
 def own_score(task: Task, rule: str, runner: Runner) -> float:

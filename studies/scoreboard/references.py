@@ -114,7 +114,8 @@ def free_headings(task: str, scenario: str, flocks: range) -> Arrays:
     model = _flock(task, scenario)
     if not is_bounded(model):
         raise InputError("scenario", "predators that fly straight on and a constant speed", scenario)
-    env, is_mean = FlockEscapeEnv(model), tasks[task].spec.name == "min_mean_distance"
+    env = FlockEscapeEnv(model, max_range=tasks[task].options["max_range"])
+    is_mean = tasks[task].spec.name == "min_mean_distance"
     times, bounds = np.arange(model.num_steps + 1) * model.time_step, []
     for seed in flocks:
         env.reset(seed=seed)
