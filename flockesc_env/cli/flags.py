@@ -3,10 +3,11 @@
 import dataclasses
 import importlib
 import importlib.util
+import inspect
 import json
 import pickle
 import sys
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from difflib import get_close_matches
 from pathlib import Path
@@ -79,9 +80,12 @@ def _range(words: list[str]) -> range:
     try:
         numbers = [parse_number(word, int) for word in words[0].split(":")]
         start, stop = numbers if len(numbers) > 1 else (0, *numbers)
+        if start < stop:
+            return range(start, stop)
     except ValueError:
-        raise ValueError(f"expected N or START:STOP, integers, got {words[0]!r}") from None  # tyro prints it
-    return range(start, stop)
+        pass
+    expected = "N >= 1, or START:STOP with START below STOP, integers"
+    raise ValueError(f"expected {expected}, got {words[0]!r}")  # tyro prints it
 
 
 Json = Annotated[bool, switch("print the result as a JSON document on stdout")]
@@ -155,8 +159,11 @@ def described(scenario: Scenario) -> dict[str, Any]:
     return {"model": scenario.model, "scenario": json.loads(scenario.to_json())}
 
 
-def similar_field(flags: Sequence[str], known: Collection[str]) -> str | None:
-    """Return the field of a scenario that is similar to an unknown flag, or ``None``."""
+def similar_field(flags: Sequence[str], command: Callable[..., Any]) -> str | None:
+    """Return the field of a command's scenario that is similar to an unknown flag, or ``None``."""
+    known = inspect.signature(command).parameters
+    if "scenario" not in known:
+        return None
     fields = {field.name for model in MODELS.values() for field in dataclasses.fields(model)}
     names = [word[2:].partition("=")[0].replace("-", "_") for word in flags if word.startswith("--")]
     unknown = [name for name in names if name not in known]
