@@ -21,7 +21,7 @@ from flockesc_env.cli.flags import (
     scenario_named,
     several,
 )
-from flockesc_env.cli.output import Exit, check_folder, check_output, conclude, note, show, show_json, table
+from flockesc_env.cli.output import Exit, check_folder, check_output, conclude, note, show, show_json
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
 from flockesc_env.policies.base import Side
@@ -39,16 +39,20 @@ from flockesc_env.taskset.task import FLOCKS, VERSION, tasks
 _TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
 
 
-def run(*, json: Json = False) -> Exit:
-    """List the tasks and what normalizes their scores.
+def run(
+    name: Annotated[Positional[str | None], *optional("task to explain", "list all", "[NAME]")] = None,
+    *,
+    json: Json = False,
+) -> Exit:
+    """List the tasks, or explain one: what policies see and set, and what normalizes their scores.
 
     docs/environments.md describes the tasks, docs/scoreboard.md their results.
 
-    Example: flockesc tasks
+    Example: flockesc tasks per-agent-visible
     """
     if json:
         plain = {
-            name: {
+            task.name: {
                 "asks": task.asks,
                 "per_agent": task.per_agent,
                 "objective": task.spec.name,
@@ -58,31 +62,11 @@ def run(*, json: Json = False) -> Exit:
                 "scales": msgspec.to_builtins(task.scales),
                 "sha256": task.sha256,
             }
-            for name, task in tasks.items()
+            for task in (tasks.values() if name is None else [tasks[name]])
         }
         show_json({"command": "tasks", "version": VERSION, "tasks": plain})
-        return Exit.DONE
-    head = ["task", "range per", "J", "samples", "scored in", "score 0", "score 1", "reference", "rule"]
-    rows = [
-        [
-            task.name,
-            task.actor,
-            task.spec.symbol,
-            f"{task.samples:,}",
-            name,
-            task.spec.text(scale.zero),
-            task.spec.text(scale.one),
-            scale.reference,
-            task.rule,
-        ]
-        for task in tasks.values()
-        for name, scale in task.scales.items()
-    ]
-    show(*table(head, rows), "")
-    show(
-        f"Policies are scored on {len(FLOCKS):,} held-out flocks, from seed {FLOCKS.start:,} on.",
-        "Score 0: the best fixed range. Score 1: the reference.",
-    )
+    else:
+        show(*str(tasks if name is None else tasks[name]).split("\n"))
     return Exit.DONE
 
 
@@ -122,14 +106,13 @@ def compare(
     Example: flockesc compare stubborn-leaders --scenario pursuit
     """
     require("analysis", ["polars", "scipy"])
-    if task is not None and objective is not None:
-        raise InputError("objective", f"none beside --task, which has {tasks[task].spec.name}", objective)
     chosen = None if task is None else tasks[task]
     if output is not None:
         check_folder(output)
     hunts = side == "predator"
     if chosen is not None:
-        refuse({"side": side if hunts else None, "flock_policy": flock_policy}, "none beside --task")
+        own = {"objective": objective, "side": side if hunts else None, "flock_policy": flock_policy}
+        refuse(own, f"none beside --task {task}")
     read: Any = as_predator_policy if hunts else load_policy
     entries = [policy_of(spec, task=chosen, read=read) for spec in policies]
     if chosen is not None:

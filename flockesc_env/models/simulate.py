@@ -241,7 +241,7 @@ def check_recorded(run: Trajectory, field: str, *names: str) -> None:
 
 
 def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
-    """Return a list of pairs (name, run of a flock) after a check of the types."""
+    """Return a list of pairs (name, run of a flock), all in the plane or all in space, after a check."""
     if not isinstance(value, Sequence) or isinstance(value, str | bytes):
         raise InputError("runs", "a list of runs", shown(value))
     if not value:
@@ -252,6 +252,8 @@ def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
                 as_run(flock, f"runs[{index}]")
             case _:
                 raise InputError(f"runs[{index}]", "a name and a Trajectory", shown(run))
+    if len({run.scenario.dimension for _, run in value}) > 1:
+        raise InputError("runs", "all in the plane or all in space", "both")
     return list(value)
 
 

@@ -40,16 +40,14 @@ def test_tasks_are_listed(cli: Cli) -> None:
     listed, document = cli("tasks"), cli("tasks", "--json").json()
     assert listed.code == Exit.DONE
     assert list(document["tasks"]) == list(tasks)
+    assert cli("tasks", TASK, "--json").json()["tasks"] == {TASK: document["tasks"][TASK]}
     for name, task in tasks.items():
         assert document["tasks"][name]["sha256"] == task.sha256
+        assert f"\n{name} " in f"\n{listed.out}"
+        explained = cli("tasks", name).out
         for scenario, scale in task.scales.items():
-            row = next(
-                line
-                for line in listed.out.splitlines()
-                if {name, scenario} <= {*line.replace("  ", "\n").split()}
-            )
-            assert task.spec.text(scale.zero) in row
-            assert task.spec.text(scale.one) in row
+            assert f"{task.spec.text(scale.zero)} in {scenario} (best" in explained
+            assert f"{task.spec.text(scale.one)} in {scenario} ({scale.reference})" in explained
 
 
 def test_policies_are_scored_verified_and_compared(few_flocks: range, folder: Path, cli: Cli) -> None:
