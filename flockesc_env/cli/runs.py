@@ -149,12 +149,6 @@ def replay(
         reports.append(report)
         if not json:
             show(f"{path}: {report['outcome']}", *(f"  {line}" for line in report["differences"]))
-        if report["recorded_with"] not in (None, records.versions()):
-            before, now = (
-                ", ".join(f"{name} {version}" for name, version in versions.items())
-                for versions in (report["recorded_with"], records.versions())
-            )
-            note(f"{path}: recorded with {before}; now {now}")
     if json:
         show_json({"command": "replay", "files": reports, "versions": records.versions()})
     outcomes = {report["outcome"] for report in reports}
@@ -181,8 +175,6 @@ def presets(
     name: Annotated[
         Positional[str | None], *optional("preset to print as TOML", "list all", "[NAME]")
     ] = None,
-    *,
-    json: Json = False,
 ) -> Exit:
     """List the preset scenarios, or print one as a scenario file.
 
@@ -190,14 +182,7 @@ def presets(
 
     Example: flockesc presets pursuit > mine.toml
     """
-    if json:
-        entries = []
-        for known in PRESETS if name is None else (name,):
-            model, scenario = described(preset(known)).values()
-            description = PRESETS[known].description
-            entries.append({"name": known, "model": model, "description": description, "scenario": scenario})
-        show_json({"command": "presets", "presets": entries})
-    elif name is None:
+    if name is None:
         width = max(map(len, PRESETS))
         show(*(f"{known:<{width}}  {PRESETS[known].description}" for known in PRESETS))
     else:

@@ -15,7 +15,6 @@ from flockesc_env.cli.flags import (
     EXPECTED,
     Json,
     Threads,
-    described,
     optional,
     policy_of,
     scenario_named,
@@ -28,21 +27,18 @@ from flockesc_env.policies.base import Side
 from flockesc_env.policies.compare import compare as compare_in
 from flockesc_env.policies.registry import as_predator_policy, load_policy
 from flockesc_env.policies.setup import refuse
-from flockesc_env.scenario.options import to_plain
 from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.taskset.results import SUFFIX, UNVERIFIED, Result, Training, check_learner, write_result
 from flockesc_env.taskset.scoring import LoadedPolicy, draw_flocks
 from flockesc_env.taskset.scoring import score as play_all
 from flockesc_env.taskset.scoring import verify as play_again
-from flockesc_env.taskset.task import FLOCKS, VERSION, tasks
+from flockesc_env.taskset.task import FLOCKS, tasks
 
 _TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
 
 
 def run(
     name: Annotated[Positional[str | None], *optional("task to explain", "list all", "[NAME]")] = None,
-    *,
-    json: Json = False,
 ) -> Exit:
     """List the tasks, or explain one: what policies see and set, and what normalizes their scores.
 
@@ -50,23 +46,7 @@ def run(
 
     Example: flockesc tasks per-agent-visible
     """
-    if json:
-        plain = {
-            task.name: {
-                "asks": task.asks,
-                "per_agent": task.per_agent,
-                "objective": task.spec.name,
-                "samples": task.samples,
-                "options": to_plain(task.options),
-                "scenario": described(task.scenario)["scenario"],
-                "scales": msgspec.to_builtins(task.scales),
-                "sha256": task.sha256,
-            }
-            for task in (tasks.values() if name is None else [tasks[name]])
-        }
-        show_json({"command": "tasks", "version": VERSION, "tasks": plain})
-    else:
-        show(*str(tasks if name is None else tasks[name]).split("\n"))
+    show(*str(tasks if name is None else tasks[name]).split("\n"))
     return Exit.DONE
 
 
@@ -152,7 +132,6 @@ def score(
     training: Annotated[
         Path | None, *optional(f"how the learner was trained: {_TRAINING}", "nothing is said")
     ] = None,
-    flocks: Annotated[int | None, *optional("play the first flocks only: a draft, no result", "all")] = None,
     output: Annotated[Path | None, *optional("write the result (.json)", "print it only")] = None,
     json: Json = False,
 ) -> Exit:
@@ -160,15 +139,13 @@ def score(
 
     A learner is all its training seeds, not the best one: give all of its files.
 
-    With --flocks, the score is a draft: that of all flocks differs.
+    flockesc compare --flocks N --task TASK plays few flocks, for a draft.
 
     Example: flockesc score ppo-0.npz ppo-1.npz --task per-agent-local
     """
     if not policies:
         raise InputError("policies", "at least one policy", "none")
     check_output(output, [SUFFIX])
-    if flocks is not None and output is not None:
-        raise InputError("output", "none with --flocks, because a result needs all flocks", repr(str(output)))
     chosen = tasks[task]
     found = [LoadedPolicy.of(spec, lambda code: policy_of(code, task=chosen)) for spec in policies]
     name = learner or found[0].policy.name
@@ -186,11 +163,9 @@ def score(
         output=output,
         training=facts,
         report=lambda spec: note(f"playing {spec}"),
-        num_flocks=flocks,
     )
     document = {"command": "score", **msgspec.to_builtins(result), "scores": result.scores().tolist()}
-    lines = _lines(result, FLOCKS[: result.flocks[1]])
-    conclude(document if json else lines, output, partial(write_result, result))
+    conclude(document if json else _lines(result, FLOCKS), output, partial(write_result, result))
     return Exit.DONE
 
 
@@ -250,15 +225,13 @@ def verify(
 def _lines(result: Result, flocks: Sequence[int]) -> list[str]:
     """Return the mean objective of flocks in every scenario; if they are all, also the score."""
     task, scores, at = tasks[result.task], result.scores(), [seed - FLOCKS.start for seed in flocks]
-    is_whole, is_draft = len(flocks) == len(FLOCKS), result.flocks[1] < len(FLOCKS)
-    lines = [f"{task.name}, {result.learner}: means of these flocks"]
-    if is_draft:
-        count = f"{len(flocks):,} of {len(FLOCKS):,} flocks"
-        lines = [f"{task.name}, {result.learner}: draft score {scores.mean():.3f} on {count}, no result"]
-    elif is_whole:
+    is_whole = len(flocks) == len(FLOCKS)
+    facts = "means of these flocks"
+    if is_whole:
         spread = f" (training seeds: {scores.min():.3f} to {scores.max():.3f})" if len(scores) > 1 else ""
         marks = "; played by its author's code" if result.is_code else ""
-        lines = [f"{task.name}, {result.learner}: score {scores.mean():.3f}{spread}{marks}"]
+        facts = f"score {scores.mean():.3f}{spread}{marks}"
+    lines = [f"{task.name}, {result.learner}: {facts}"]
     for name, scale in task.scales.items():
         reached = result.values(name)[:, at].mean()
         gain = f", {task.spec.text(reached - scale.zero, '+')} over the best fixed range,"

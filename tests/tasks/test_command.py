@@ -37,12 +37,9 @@ def score(cli: Cli, *words: str) -> Ran:
 
 
 def test_tasks_are_listed(cli: Cli) -> None:
-    listed, document = cli("tasks"), cli("tasks", "--json").json()
+    listed = cli("tasks")
     assert listed.code == Exit.DONE
-    assert list(document["tasks"]) == list(tasks)
-    assert cli("tasks", TASK, "--json").json()["tasks"] == {TASK: document["tasks"][TASK]}
     for name, task in tasks.items():
-        assert document["tasks"][name]["sha256"] == task.sha256
         assert f"\n{name} " in f"\n{listed.out}"
         explained = cli("tasks", name).out
         for scenario, scale in task.scales.items():
@@ -55,12 +52,6 @@ def test_policies_are_scored_verified_and_compared(few_flocks: range, folder: Pa
     result = read_result(folder / "mine.json")
     assert (ran.code, result.learner, result.training) == (Exit.DONE, "mine", None)
     assert ran.out.startswith(f"{TASK}, mine: score {result.scores()[0]:.3f}\n")
-
-    draft = score(cli, "mine-0.npz", "--flocks", "2", "--json").json()
-    assert (draft["flocks"], draft["task"]) == ([few_flocks.start, 2], TASK)
-    assert draft["policies"][0]["objectives"]["paper-flock"] == result.values("paper-flock")[0, :2].tolist()
-    few = score(cli, "mine-0.npz", "--flocks", "2")
-    assert few.out.startswith(f"{TASK}, random: draft score {draft['scores'][0]:.3f} on 2 of 6 flocks, no")
 
     score(cli, "stubborn-leaders", "--output", "rule.json")
     (folder / "other.json").write_text((folder / "rule.json").read_text().replace('"v1"', '"v2"'))
@@ -123,7 +114,6 @@ BAD = {
         ["compare", "best_model.zip", "--task", TASK],
         "such as PPO:best_model.zip, got 'best_model.zip'",
     ),
-    "draft": ([*SCORE, TASK, "--flocks", "2"], "output: expected none with --flocks, because a result"),
     "draw of all": (["verify", "a.json", "--draw", "1"], "draw: expected --flocks beside it, got 1"),
     "training seeds": ([*SCORE, TASK, "--training", "seeds.toml"], "training.seeds: expected 1 different"),
 }
