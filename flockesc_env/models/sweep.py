@@ -191,21 +191,11 @@ RESULTS: Final[dict[str, type[FlockSweepResult | LineSweepResult]]] = {
 
 @overload
 def sweep(
-    scenario: FlockScenario,
-    interaction_ranges: ArrayLike,
-    seeds: Iterable[int],
-    *,
-    num_threads: int | None = None,
-    progress: Progress | bool | None = None,
+    scenario: FlockScenario, interaction_ranges: ArrayLike, seeds: Iterable[int], **options: Any
 ) -> FlockSweepResult: ...
 @overload
 def sweep(
-    scenario: LineScenario,
-    interaction_ranges: ArrayLike,
-    seeds: Iterable[int],
-    *,
-    num_threads: int | None = None,
-    progress: Progress | bool | None = None,
+    scenario: LineScenario, interaction_ranges: ArrayLike, seeds: Iterable[int], **options: Any
 ) -> LineSweepResult: ...
 @overload
 def sweep(scenario: str, *arguments: Any, **options: Any) -> Any: ...  # the type depends on the preset
