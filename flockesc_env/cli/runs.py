@@ -143,32 +143,27 @@ def replay(
     """
     if not files:
         raise InputError("files", "at least one file", "none")
-    reports = []
+    code, reports = Exit.DONE, []
     for path in files:
-        report = _replayed(path)
+        report: dict[str, Any] = {"file": str(path), "outcome": "refused", "differences": []}
+        report |= {"error": None, "recorded_with": None}
         reports.append(report)
+        try:
+            record = records.load_run(path)
+            found = records.run_differences(record.trajectory, records.replay_run(record.trajectory))
+        except (FlockescError, OSError) as error:
+            report["error"] = getattr(error, "strerror", None) or str(error).removeprefix(f"{path}: ")
+            note(f"error: {path}: {report['error']}")
+            code = Exit.REFUSED
+        else:
+            outcome = "differs" if found else "matches"
+            report |= {"outcome": outcome, "differences": found, "recorded_with": record.versions}
+            code = max(code, Exit.FAILED if found else Exit.DONE)
         if not json:
             show(f"{path}: {report['outcome']}", *(f"  {line}" for line in report["differences"]))
     if json:
         show_json({"command": "replay", "files": reports, "versions": records.versions()})
-    outcomes = {report["outcome"] for report in reports}
-    if "refused" in outcomes:
-        return Exit.REFUSED
-    return Exit.FAILED if "differs" in outcomes else Exit.DONE
-
-
-def _replayed(path: Path) -> dict[str, Any]:
-    report: dict[str, Any] = {"file": str(path), "outcome": "refused", "differences": []}
-    report |= {"error": None, "recorded_with": None}
-    try:
-        record = records.load_run(path)
-        found = records.run_differences(record.trajectory, records.replay_run(record.trajectory))
-    except (FlockescError, OSError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error).removeprefix(f"{path}: ")
-        note(f"error: {path}: {reason}")
-        return {**report, "error": reason}
-    outcome = "differs" if found else "matches"
-    return {**report, "outcome": outcome, "differences": found, "recorded_with": record.versions}
+    return code
 
 
 def presets(
