@@ -23,9 +23,7 @@ from flockesc_env.cli.flags import (
 from flockesc_env.cli.output import Exit, check_folder, check_output, conclude, note, show, show_json
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
-from flockesc_env.policies.base import Side
 from flockesc_env.policies.compare import compare as compare_in
-from flockesc_env.policies.registry import as_predator_policy, load_policy
 from flockesc_env.policies.setup import refuse
 from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.taskset.results import SUFFIX, UNVERIFIED, Result, Training, check_learner, write_result
@@ -63,12 +61,6 @@ def compare(
     ] = None,
     flocks: Annotated[int, arg(help="number of held-out flocks, or lines")] = 200,
     objective: Annotated[str | None, *optional("objective, without --task", "that of the policy")] = None,
-    side: Annotated[
-        Side, arg(help="whose policies; predator: the smaller the objective, the better")
-    ] = "flock",
-    flock_policy: Annotated[
-        str | None, *optional("policy that predators hunt", "that of their training, or fixed:10")
-    ] = None,
     output: Annotated[
         Path | None, *optional("folder for table and objectives", "print the table only")
     ] = None,
@@ -79,8 +71,6 @@ def compare(
 
     A task says what a policy may see, and has a rule.
 
-    With --side predator, policies of predators hunt a flock, as for --predator.
-
     --output writes table.md and episodes.parquet.
 
     Example: flockesc compare stubborn-leaders --scenario pursuit
@@ -89,26 +79,14 @@ def compare(
     chosen = None if task is None else tasks[task]
     if output is not None:
         check_folder(output)
-    hunts = side == "predator"
+    entries = [policy_of(spec, task=chosen) for spec in policies]
     if chosen is not None:
-        own = {"objective": objective, "side": side if hunts else None, "flock_policy": flock_policy}
-        refuse(own, f"none beside --task {task}")
-    read: Any = as_predator_policy if hunts else load_policy
-    entries = [policy_of(spec, task=chosen, read=read) for spec in policies]
-    if chosen is not None:
+        refuse({"objective": objective}, f"none beside --task {task}")
         found = chosen.compare(*entries, scenario=scenario, num_flocks=flocks, num_threads=num_threads)
     else:
         model = scenario if scenario is None or scenario in PRESETS else scenario_named(scenario)
-        found = compare_in(
-            model,
-            *entries,
-            num_flocks=flocks,
-            num_tuning=flocks,
-            objective=objective,
-            num_threads=num_threads,
-            side=side,
-            flock_policy=None if flock_policy is None else policy_of(flock_policy),
-        )
+        few = {"num_flocks": flocks, "num_tuning": flocks}
+        found = compare_in(model, *entries, objective=objective, num_threads=num_threads, **few)
     document = {
         "command": "compare",
         "task": found.task,

@@ -35,5 +35,10 @@ def seed_jobs(
 
 
 def joined(parts: Sequence[Arrays]) -> Arrays:
-    """Return the results of consecutive seeds as those of one job."""
-    return {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
+    """Join the axes of seeds: the second ones, or the only ones of arrays with one axis."""
+    if len(parts) == 1:
+        return parts[0]
+    return {
+        name: np.concatenate([part[name] for part in parts], axis=min(1, values.ndim - 1))
+        for name, values in parts[0].items()
+    }
