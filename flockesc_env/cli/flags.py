@@ -53,9 +53,20 @@ def several(help_: str, metavar: str) -> Any:
     return arg(help=help_, metavar=metavar, help_behavior_hint="(at least one)")
 
 
-def switch(help_: str) -> Any:
-    """Return the annotation of a flag without a value."""
-    return arg(help=help_, help_behavior_hint="(default: off)")
+def _parsed(
+    metavar: str,
+    parse: Callable[[str], Any],
+    kinds: type | tuple[type, ...],
+    show: Callable[[Any], str] = str,
+) -> PrimitiveConstructorSpec[Any]:
+    """Return how tyro reads a flag with one word; it prints a ``ValueError`` of ``parse``."""
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=metavar,
+        instance_from_str=lambda words: parse(words[0]),
+        is_instance=lambda value: isinstance(value, kinds),
+        str_from_instance=lambda value: [show(value)],
+    )
 
 
 NUMBERS = ConstructorRegistry()
@@ -67,45 +78,30 @@ def _number(flag: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
     kind = flag.type
     if kind not in {int, float}:
         return None
-    return PrimitiveConstructorSpec(
-        nargs=1,
-        metavar=kind.__name__.upper(),
-        instance_from_str=lambda words: parse_number(words[0], kind),
-        is_instance=lambda value: type(value) in {int, kind},
-        str_from_instance=lambda value: [str(value)],
-    )
+    return _parsed(kind.__name__.upper(), lambda text: parse_number(text, kind), (int, kind))
 
 
-def _range(words: list[str]) -> range:
+def _range(text: str) -> range:
     try:
-        numbers = [parse_number(word, int) for word in words[0].split(":")]
+        numbers = [parse_number(word, int) for word in text.split(":")]
         start, stop = numbers if len(numbers) > 1 else (0, *numbers)
         if start < stop:
             return range(start, stop)
     except ValueError:
         pass
     expected = "N >= 1, or START:STOP with START below STOP, integers"
-    raise ValueError(f"expected {expected}, got {words[0]!r}")  # tyro prints it
+    raise ValueError(f"expected {expected}, got {text!r}")
 
 
-Json = Annotated[bool, switch("print the result as a JSON document on stdout")]
-Progress = Annotated[bool, switch("show a progress bar even if stderr is not a terminal")]
+Json = Annotated[bool, arg(help="print the result as a JSON document on stdout")]
+Progress = Annotated[bool, arg(help="show a progress bar even if stderr is not a terminal")]
 Threads = Annotated[int | None, *optional("number of threads; results do not depend on it", "one per core")]
 BACKEND = (
     "where jobs run: serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..] (docs/long-work.md);"
     " results do not depend on it"
 )
 Backend = Annotated[str, arg(help=BACKEND, metavar="BACKEND")]
-Seeds = Annotated[
-    range,
-    PrimitiveConstructorSpec(
-        nargs=1,
-        metavar="N|START:STOP",
-        instance_from_str=_range,
-        is_instance=lambda value: isinstance(value, range),
-        str_from_instance=lambda value: [f"{value.start}:{value.stop}"],
-    ),
-]
+Seeds = Annotated[range, _parsed("N|START:STOP", _range, range, lambda value: f"{value.start}:{value.stop}")]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -18,7 +18,6 @@ from flockesc_env.cli.flags import (
     optional,
     policy_of,
     several,
-    switch,
 )
 from flockesc_env.cli.output import Exit, check_output, conclude, note, show, show_json
 from flockesc_env.common.checks import as_seed
@@ -206,7 +205,7 @@ def watch(
             "write a page to a temporary file, and open it",
         ),
     ] = None,
-    no_browser: Annotated[bool, switch("print the path of the page without opening a browser")] = False,
+    no_browser: Annotated[bool, arg(help="print the path of the page without opening a browser")] = False,
     progress: Progress = False,
 ) -> Exit:
     """Watch flocks in the browser: policies on one flock, or recorded runs.

@@ -11,15 +11,7 @@ from typing import Annotated, Any
 import msgspec
 from tyro.conf import Positional, arg
 
-from flockesc_env.cli.flags import (
-    EXPECTED,
-    Json,
-    Threads,
-    optional,
-    policy_of,
-    scenario_named,
-    several,
-)
+from flockesc_env.cli.flags import EXPECTED, Json, Threads, optional, policy_of, scenario_named, several
 from flockesc_env.cli.output import Exit, check_folder, check_output, conclude, note, show, show_json
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
