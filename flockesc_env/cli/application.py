@@ -5,23 +5,22 @@ raise the package's errors; ``Application.main`` converts them to messages and e
 """
 
 import os
-import re
-import shutil
 import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass
-from textwrap import fill
 from typing import Any
 
 import tyro
 
 from flockesc_env._core import __version__
 from flockesc_env.cli.flags import NUMBERS, similar_field
-from flockesc_env.cli.output import MEANINGS, Exit, flush, note, prepare_terminal, show
+from flockesc_env.cli.output import MEANINGS, Exit, flush, note, prepare_terminal, show, wrapped
 from flockesc_env.common.checks import as_choice
 from flockesc_env.common.errors import FlockescError, JobError, printable
+
+_HELP = {"-h", "--help"}
 
 
 @dataclass(frozen=True)
@@ -63,13 +62,12 @@ class Application:
         if name == "--version":
             show(f"flockesc {__version__}")
             return Exit.DONE
-        is_overview = name.startswith("-")
-        is_help = is_overview or not {"-h", "--help"}.isdisjoint(flags)
-        stdout: Any = _Wrapped(sys.stdout) if is_help else sys.stdout
+        stdout: Any = sys.stdout if _HELP.isdisjoint([name, *flags]) else _Wrapped(sys.stdout)
         try:
             with redirect_stdout(stdout):
-                if is_overview:
-                    return self._overview(argv)
+                if name in _HELP:
+                    show(*self._overview())
+                    return Exit.DONE
                 return tyro.cli(
                     self.commands[as_choice(name, "command", self.commands)],
                     prog=f"{self.program} {name}",
@@ -80,23 +78,26 @@ class Application:
         except SystemExit as stop:  # from tyro, after --help or an invalid flag
             flush()
             # tyro suggests similar flags, but not fields.
-            if stop.code and not is_overview and (field := similar_field(flags, self.commands[name])):
+            if stop.code and (field := similar_field(flags, self.commands[name])):
                 note(f"{field} is a field of the scenario; set it with --set {field}=VALUE")
             return stop.code if isinstance(stop.code, int) else Exit.REFUSED
 
-    def _overview(self, argv: list[str]) -> Exit:
-        app = tyro.extras.SubcommandApp()
-        for command, run in self.commands.items():
-            app.command(name=command, help=(run.__doc__ or "").partition("\n")[0])(run)
-        codes = "\n".join(f"{code.value:>5}  {meaning}" for code, meaning in MEANINGS.items())
-        app.cli(
-            prog=self.program,
-            description=f"{self.summary}\n\n{self.program} COMMAND --help explains a command;"
-            f" {self.program} --version prints the version.\n\n"
-            f"Results are printed on stdout, notes and progress on stderr. Exit codes:\n{codes}",
-            args=list(map(printable, argv)) or ["--help"],
-        )
-        return Exit.REFUSED
+    def _overview(self) -> list[str]:
+        """Return the lines of the help that lists all commands."""
+        width, program = max(map(len, self.commands)), self.program
+        explained = {name: (run.__doc__ or "").partition("\n")[0] for name, run in self.commands.items()}
+        return [
+            f"usage: {program} COMMAND ..",
+            "",
+            self.summary,
+            "",
+            *(f"  {name:<{width}}  {text}" for name, text in explained.items()),
+            "",
+            f"{program} COMMAND --help explains a command; {program} --version prints the version.",
+            "",
+            "Results are printed on stdout, notes and progress on stderr. Exit codes:",
+            *(f"{code.value:>5}  {meaning}" for code, meaning in MEANINGS.items()),
+        ]
 
 
 class _Wrapped:
@@ -109,14 +110,7 @@ class _Wrapped:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        width = shutil.get_terminal_size().columns
-        lines = re.sub(r"(?m)\[-h\] {\S+}$", "[-h] COMMAND", text).split("\n")  # a box lists the commands
-        for at, line in enumerate(lines):
-            plain = re.sub(r"\x1b\[[\d;]*m", "", line)
-            if len(plain) > width:
-                indent = " " * (len(plain) - len(plain.lstrip()))
-                lines[at] = fill(plain, width, subsequent_indent=indent, break_on_hyphens=False)
-        written: int = self._stream.write("\n".join(lines))
+        written: int = self._stream.write(wrapped(text))
         return written
 
 

@@ -21,6 +21,7 @@ from flockesc_env.common.checks import parse_json, parse_number
 from flockesc_env.common.errors import InputError, errors_at, shown, shown_name
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of
+from flockesc_env.models.records import versions
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import EXPECTED as NAMED
 from flockesc_env.policies.registry import PREDATORS, as_policy, as_predator_policy, load_policy, policy_file
@@ -150,9 +151,15 @@ Predator = Annotated[str | None, *optional(_HUNTERS, "that of the training, or n
 """A flag whose policy ``ScenarioFlags.hunted`` returns."""
 
 
-def described(scenario: Scenario) -> dict[str, Any]:
-    """Return what a JSON document says about a scenario: its model, ``flock`` or ``line``, and its fields."""
-    return {"model": scenario.model, "scenario": json.loads(scenario.to_json())}
+def described(command: str, scenario: Scenario, output: Path | None) -> dict[str, Any]:
+    """Return what the JSON document of every command with a scenario says; ``model``: flock or line."""
+    return {
+        "command": command,
+        "model": scenario.model,
+        "scenario": json.loads(scenario.to_json()),
+        "output": output and str(output),
+        "versions": versions(),
+    }
 
 
 def similar_field(flags: Sequence[str], command: Callable[..., Any]) -> str | None:
@@ -255,13 +262,13 @@ def _model_policy(spec: str, task: "Task | None") -> BasePolicy:
         expected = f"{MODEL}, with a class of stable-baselines3 or sb3-contrib, such as PPO:{path}"
         raise InputError("policy", expected, f"{spec!r} ({error!r})") from error
     policy = SB3Policy(model, vec_normalize=normalizer)
-    if policy.options is not None:
-        return policy.with_options(name=Path(path).stem)
-    if task is None:
+    stated: dict[str, Any] = {}
+    if task is not None and policy.options is None:
+        stated = {"per_agent": task.per_agent, "scenario": task.scenario, **task.options}
+    elif policy.options is None:
         expected = (
             "a model that knows its scenario and options: one of RangePolicy or ScorerPolicy, or judged by"
             " FlockEvalCallback (save_policy(model, 'model.npz') after its training writes any)"
         )
         raise InputError("policy", expected, repr(spec))
-    stated: dict[str, Any] = {"per_agent": task.per_agent, "scenario": task.scenario, **task.options}
     return policy.with_options(name=Path(path).stem, **stated)

@@ -6,12 +6,14 @@ Lines may contain strings from files: everything that a terminal would not print
 import io
 import json
 import os
+import re
 import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from enum import IntEnum
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import tyro
@@ -99,9 +101,22 @@ def conclude(
 
 
 def note(*lines: str) -> None:
-    """Print the lines of a note on stderr; a closed stream is ignored."""
+    """Print the lines of a note on stderr, wrapped in a terminal; a closed stream is ignored."""
+    text = "\n".join(["flockesc: " + printable(lines[0]), *map(printable, lines[1:])])
     with suppress(OSError):
-        print("flockesc:", "\n".join(map(printable, lines)), file=sys.stderr, flush=True)
+        print(wrapped(text) if sys.stderr.isatty() else text, file=sys.stderr, flush=True)
+
+
+def wrapped(text: str) -> str:
+    """Return a text whose lines fit the terminal. Second lines begin below the second column of a row."""
+    width, lines = shutil.get_terminal_size().columns, text.split("\n")
+    for at, line in enumerate(lines):
+        plain = re.sub(r"\x1b\[[\d;]*m", "", line)  # the terminal does not show codes of colors
+        if len(plain) > width:
+            row = re.match(r"(?: +\S+ +)?", plain)
+            indent = " " * (row.end() if row else 0)
+            lines[at] = fill(plain, width, subsequent_indent=indent, break_on_hyphens=False)
+    return "\n".join(lines)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

@@ -92,14 +92,11 @@ def simulate(
     trajectory = run_once(chosen, policy=found, seed=seed, predator_policy=hunter)
     outcome = _outcome(trajectory)
     document = {
-        "command": "simulate",
-        **described(chosen),
+        **described("simulate", chosen, output),
         "policy": policy,
         "predator": predator,
         "seed": trajectory.seed,
         **outcome,
-        "output": None if output is None else str(output),
-        "versions": records.versions(),
     }
     lines = [f"{chosen.num_agents} agents, {policy}, seed {trajectory.seed}"]
     for entry, value in outcome.items():

@@ -14,7 +14,6 @@ from flockesc_env.common.checks import parse_number
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.common.progress import progress_bar
-from flockesc_env.models import records
 from flockesc_env.models.scan import NAMES, scan
 
 
@@ -69,13 +68,10 @@ def run(
         if notes := result.notes(name):
             note("runs are shorter than ten autocorrelation times:", *notes)
     document = {
-        "command": "scan",
-        **described(chosen),
+        **described("scan", chosen, output),
         "seeds": {"start": seeds.start, "stop": seeds.stop},
         **options,
         "measured": measured,
-        "output": output and str(output),
-        "versions": records.versions(),
     }
     conclude(document if json else lines, output, partial(save, result, None))
     return Exit.DONE

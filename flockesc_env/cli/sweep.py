@@ -18,7 +18,6 @@ from flockesc_env.common.progress import progress_bar
 from flockesc_env.jobs import Cache, find_backend
 from flockesc_env.jobs import run as run_all
 from flockesc_env.jobs.sweeps import OUTCOMES, joined, seed_jobs
-from flockesc_env.models import records
 from flockesc_env.models.scan import ScanResult
 from flockesc_env.models.sweep import RESULTS, SweepResult, sweep
 from flockesc_env.scenario.flock import FlockScenario
@@ -88,10 +87,9 @@ def run(
         require("analysis", ["matplotlib", "scipy"] if is_picture else ["polars"])
     chosen = scenario.build()
     known = chosen.objectives
-    objective_ = as_choice(next(iter(known)) if objective is None else objective, "objective", known)
-    spec = known[objective_]
+    spec = known[as_choice(next(iter(known)) if objective is None else objective, "objective", known)]
     if is_picture and not spec.is_defined_in(chosen):
-        expected = f"a .parquet or .csv file for {objective_} without {spec.requires}"
+        expected = f"a .parquet or .csv file for {spec.name} without {spec.requires}"
         raise InputError("output", expected, repr(str(output)))
     ranges = _ranges(chosen, interaction_ranges, max_range)
     if backend is None:
@@ -105,16 +103,13 @@ def run(
     else:
         raise InputError("num_threads", "no number with --backend, whose jobs take one thread", num_threads)
     document = {
-        "command": "sweep",
-        **described(chosen),
+        **described("sweep", chosen, output),
         "seeds": {"start": seeds.start, "stop": seeds.stop},
-        "objective": objective_,
-        **_outcome(result, objective_),
-        "output": output and str(output),
-        "versions": records.versions(),
+        "objective": spec.name,
+        **_outcome(result, spec.name),
     }
     lines = _table(document, spec, chosen.range_unit)
-    conclude(document if json else lines, output, partial(save, result, objective_))
+    conclude(document if json else lines, output, partial(save, result, spec.name))
     return Exit.DONE
 
 

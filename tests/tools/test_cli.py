@@ -288,7 +288,7 @@ def test_help_explains_every_flag(name: str, cli: Cli, monkeypatch: pytest.Monke
     shown = [*cli(name, "--help").out.splitlines(), *cli("--help").out.splitlines()]
     assert max(map(len, shown)) <= 60
     _, *entries = re.split(r"\n--(?=[a-z])", plain(ran.out))
-    assert entries
+    assert entries or name in {"presets", "tasks"}
     for entry in entries:
         words = " ".join(entry.split())
         mark = next(mark for mark in ("(default: ", "(required)") if mark in words)
