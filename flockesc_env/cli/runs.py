@@ -19,7 +19,7 @@ from flockesc_env.cli.flags import (
     policy_of,
     several,
 )
-from flockesc_env.cli.output import Exit, check_output, conclude, note, show, show_json
+from flockesc_env.cli.output import Exit, check_output, conclude, note, show
 from flockesc_env.common.checks import as_seed
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
@@ -126,8 +126,6 @@ def replay(
         Positional[tuple[Path, ...]],
         several("recorded runs (.npz) that flockesc simulate --output wrote", "FILE .."),
     ],
-    *,
-    json: Json = False,
 ) -> Exit:
     """Run recorded runs again and compare every number with the record.
 
@@ -139,26 +137,19 @@ def replay(
     """
     if not files:
         raise InputError("files", "at least one file", "none")
-    code, reports = Exit.DONE, []
+    code = Exit.DONE
     for path in files:
-        report: dict[str, Any] = {"file": str(path), "outcome": "refused", "differences": []}
-        report |= {"error": None, "recorded_with": None}
-        reports.append(report)
+        outcome, found = "matches", list[str]()
         try:
-            record = records.load_run(path)
-            found = records.run_differences(record.trajectory, records.replay_run(record.trajectory))
+            run = records.load_run(path).trajectory
+            found = records.run_differences(run, records.replay_run(run))
         except (FlockescError, OSError) as error:
-            report["error"] = getattr(error, "strerror", None) or str(error).removeprefix(f"{path}: ")
-            note(f"error: {path}: {report['error']}")
-            code = Exit.REFUSED
-        else:
-            outcome = "differs" if found else "matches"
-            report |= {"outcome": outcome, "differences": found, "recorded_with": record.versions}
-            code = max(code, Exit.FAILED if found else Exit.DONE)
-        if not json:
-            show(f"{path}: {report['outcome']}", *(f"  {line}" for line in report["differences"]))
-    if json:
-        show_json({"command": "replay", "files": reports, "versions": records.versions()})
+            reason = getattr(error, "strerror", None) or str(error).removeprefix(f"{path}: ")
+            note(f"error: {path}: {reason}")
+            outcome, code = "refused", Exit.REFUSED
+        if found:
+            outcome, code = "differs", max(code, Exit.FAILED)
+        show(f"{path}: {outcome}", *(f"  {line}" for line in found))
     return code
 
 

@@ -131,7 +131,7 @@ def _ranges(scenario: Scenario, given: tuple[float, ...] | None, max_range: floa
 
 def _outcome(result: SweepResult, objective: str) -> dict[str, Any]:
     """Return the rows of the table and the best range, with intervals where they are defined."""
-    values, best = result.values(objective), None
+    values, best = result.values(objective), list[float]()
     low, high = np.full((2, len(values)), np.nan)
     is_finite = bool(np.isfinite(values).all())
     if is_finite and len(result.seeds) > 1:
@@ -140,7 +140,7 @@ def _outcome(result: SweepResult, objective: str) -> dict[str, Any]:
             _, *best = result.best_range_with_interval(objective)
         except MissingExtraError as error:
             note(f"intervals are omitted: {error}")
-    for word, end, last in zip(("shorter", "longer"), best or (), (min, max), strict=False):
+    for word, end, last in zip(("shorter", "longer"), best, (min, max), strict=False):
         if end == last(result.interaction_ranges) > 0:
             note(f"{word} ranges may be better: the best range's interval ends with the grid, at {end:.4g}")
     names = ("interaction_range", "mean", "low", "high", "num_components")
@@ -148,7 +148,7 @@ def _outcome(result: SweepResult, objective: str) -> dict[str, Any]:
     return {
         "ranges": [dict(zip(names, row, strict=True)) for row in np.transpose(columns).tolist()],
         "best_range": result.best_range(objective) if is_finite else None,
-        "best_range_interval": best,
+        "best_range_interval": best or None,
         "hindsight_oracle": float(result.hindsight_oracle(objective).mean()),
     }
 

@@ -12,7 +12,7 @@ import msgspec
 from tyro.conf import Positional, arg
 
 from flockesc_env.cli.flags import EXPECTED, Json, Threads, optional, policy_of, scenario_named, several
-from flockesc_env.cli.output import Exit, check_folder, check_output, conclude, note, show, show_json
+from flockesc_env.cli.output import Exit, check_folder, check_output, conclude, note, show
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
 from flockesc_env.policies.compare import compare as compare_in
@@ -77,7 +77,7 @@ def compare(
         found = chosen.compare(*entries, scenario=scenario, num_flocks=flocks, num_threads=num_threads)
     else:
         model = scenario if scenario is None or scenario in PRESETS else scenario_named(scenario)
-        few = {"num_flocks": flocks, "num_tuning": flocks}
+        few: Any = {"num_flocks": flocks, "num_tuning": flocks}
         found = compare_in(model, *entries, objective=objective, num_threads=num_threads, **few)
     document = {
         "command": "compare",
@@ -103,7 +103,6 @@ def score(
         Path | None, *optional(f"how the learner was trained: {_TRAINING}", "nothing is said")
     ] = None,
     output: Annotated[Path | None, *optional("write the result (.json)", "print it only")] = None,
-    json: Json = False,
 ) -> Exit:
     """Play policies on the held-out flocks of a task and print their score.
 
@@ -134,8 +133,7 @@ def score(
         training=facts,
         report=lambda spec: note(f"playing {spec}"),
     )
-    document = {"command": "score", **msgspec.to_builtins(result), "scores": result.scores().tolist()}
-    conclude(document if json else _lines(result, FLOCKS), output, partial(write_result, result))
+    conclude(_lines(result, FLOCKS), output, partial(write_result, result))
     return Exit.DONE
 
 
@@ -144,7 +142,6 @@ def verify(
     *,
     flocks: Annotated[int | None, *optional("play some flocks only, drawn at random", "all")] = None,
     draw: Annotated[int | None, *optional("seed of a draw, which repeats it", "a new one")] = None,
-    json: Json = False,
 ) -> Exit:
     """Play results again and refuse them unless every objective has the same bits.
 
@@ -167,10 +164,8 @@ def verify(
         draw = secrets.randbits(32) if draw is None else draw
         played = draw_flocks(flocks, draw)
         note(f"playing {len(played):,} of {len(FLOCKS):,} flocks, which --draw {draw} repeats")
-    code, reports = Exit.DONE, []
+    code = Exit.DONE
     for path in files:
-        report: dict[str, Any] = {"file": str(path), "outcome": "refused", "error": None}
-        reports.append(report)
         try:
             result = play_again(path, flocks=played)
         except (FlockescError, OSError) as error:
@@ -178,17 +173,11 @@ def verify(
             if isinstance(error, OSError):
                 reason = f"{error.filename}: {error.strerror} (flockesc score --output {path} writes one)"
             note(f"refused: {reason}")
-            code, report["error"] = Exit.REFUSED, reason
+            code = Exit.REFUSED
             continue
-        report |= {"outcome": "verified", "task": result.task, "learner": result.learner}
-        if flocks is None:
-            report["scores"] = result.scores().tolist()
-        if not json:
-            facts = _lines(result, played)
-            head = f"{path}: verified: {len(played):,} of {len(FLOCKS):,} flocks"
-            show(f"{head}, {len(result.policies)} policies; not verified: {UNVERIFIED}", *facts)
-    if json:
-        show_json({"command": "verify", "flocks": played, "files": reports, "unverified": UNVERIFIED})
+        head = f"{path}: verified: {len(played):,} of {len(FLOCKS):,} flocks"
+        facts = f"{head}, {len(result.policies)} policies; not verified: {UNVERIFIED}"
+        show(facts, *_lines(result, played))
     return code
 
 

@@ -71,11 +71,6 @@ def test_policies_are_scored_verified_and_compared(few_flocks: range, folder: Pa
     assert "refused: none.json: No such file or directory (flockesc score --output none.json" in ran.err
     assert ran.out.startswith("mine.json: verified: 6 of 6 flocks, 1 policies")
     assert f"score {result.scores()[0]:.3f}" in ran.out
-    ran = cli("verify", "other.json", "mine.json", "--json")
-    first, second = ran.json()["files"]
-    assert (ran.code, first["outcome"], second["outcome"]) == (Exit.REFUSED, "refused", "verified")
-    assert "version: expected v1" in first["error"]
-    assert second["scores"] == result.scores().tolist()
 
 
 def test_a_full_disk_loses_no_score(folder: Path, cli: Cli, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -93,8 +88,9 @@ def test_code_is_scored_with_a_mark_and_not_verified(folder: Path, cli: Cli) -> 
     assert ran.code == Exit.DONE, ran.err
     assert "; played by its author's code" in ran.out
     assert read_result(folder / "code.json").is_code
-    same = score(cli, "stubborn-leaders", "--json").json()["policies"][0]["objectives"]
-    assert read_result(folder / "code.json").policies[0].objectives == same
+    score(cli, "stubborn-leaders", "--output", "same.json")
+    code, same = (read_result(folder / file).policies[0].objectives for file in ("code.json", "same.json"))
+    assert code == same
     ran = cli("verify", "code.json")
     assert (ran.code, ran.out) == (Exit.REFUSED, "")
     assert "expected a policy file or the name of a policy, which can be played again, got" in ran.err
