@@ -1,6 +1,6 @@
 """``Application``: a command-line program with commands, exit codes and one-line errors.
 
-Commands print results with ``output.show`` or ``output.show_json``, and notes with ``output.note``. They
+Commands print results with ``output.show`` or ``output.conclude``, and notes with ``output.note``. They
 raise the package's errors; ``Application.main`` converts them to messages and exit codes.
 """
 

@@ -12,7 +12,7 @@ import msgspec
 from tyro.conf import Positional, arg
 
 from flockesc_env.cli.flags import EXPECTED, Json, Threads, optional, policy_of, scenario_named, several
-from flockesc_env.cli.output import Exit, check_folder, check_output, conclude, note, show
+from flockesc_env.cli.output import Exit, check_output, conclude, note, show
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
 from flockesc_env.policies.compare import compare as compare_in
@@ -69,8 +69,7 @@ def compare(
     """
     require("analysis", ["polars", "scipy"])
     chosen = None if task is None else tasks[task]
-    if output is not None:
-        check_folder(output)
+    check_output(output)
     entries = [policy_of(spec, task=chosen) for spec in policies]
     if chosen is not None:
         refuse({"objective": objective}, f"none beside --task {task}")

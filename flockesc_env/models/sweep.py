@@ -185,11 +185,21 @@ RESULTS: Final[dict[str, type[FlockSweepResult | LineSweepResult]]] = {
 
 @overload
 def sweep(
-    scenario: FlockScenario, interaction_ranges: ArrayLike, seeds: Iterable[int], **options: Any
+    scenario: FlockScenario,
+    interaction_ranges: ArrayLike,
+    seeds: Iterable[int],
+    *,
+    num_threads: int | None = None,
+    progress: Progress | bool | None = None,
 ) -> FlockSweepResult: ...
 @overload
 def sweep(
-    scenario: LineScenario, interaction_ranges: ArrayLike, seeds: Iterable[int], **options: Any
+    scenario: LineScenario,
+    interaction_ranges: ArrayLike,
+    seeds: Iterable[int],
+    *,
+    num_threads: int | None = None,
+    progress: Progress | bool | None = None,
 ) -> LineSweepResult: ...
 @overload
 def sweep(scenario: str, *arguments: Any, **options: Any) -> Any: ...  # the type depends on the preset
