@@ -86,12 +86,11 @@ def _range(text: str) -> range:
     try:
         numbers = [parse_number(word, int) for word in text.split(":")]
         start, stop = numbers if len(numbers) > 1 else (0, *numbers)
-        if start < stop:
+        if 0 <= start < stop <= 2**64 and stop - start <= sys.maxsize:
             return range(start, stop)
     except ValueError:
         pass
-    expected = "N >= 1, or START:STOP with START below STOP, integers"
-    raise ValueError(f"expected {expected}, got {text!r}")
+    raise ValueError(f"expected N >= 1, or START:STOP with 0 <= START < STOP <= 2^64, got {text!r}")
 
 
 Json = Annotated[bool, arg(help="print the result as a JSON document on stdout")]
