@@ -7,9 +7,9 @@ from io import BytesIO
 
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.extras import MissingExtraError, figure_style
-from flockesc_env.models.simulate import Trajectory
+from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.render.palette import LIGHT
-from flockesc_env.watch.page import check_runs, render, replay
+from flockesc_env.watch.page import render, replay
 
 
 class Replay:
@@ -24,8 +24,7 @@ class Replay:
     """
 
     def __init__(self, runs: Sequence[tuple[str, Trajectory]], *, height: int = 740) -> None:
-        check_runs(runs)
-        self.runs = list(runs)
+        self.runs = as_runs(runs)
         self.height = as_count(height, "height")
 
     def __repr__(self) -> str:

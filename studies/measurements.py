@@ -14,6 +14,7 @@ from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.splits import first_seeds
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
+from flockesc_env.jobs.sweeps import joined
 from flockesc_env.policies import BasePolicy, load_policy
 from flockesc_env.policies.registry import parse_policy
 
@@ -34,21 +35,11 @@ class Runner:
         groups = {key: [group] if isinstance(group, Job) else group for key, group in jobs.items()}
         every = [job for group in groups.values() for job in group]
         found = iter(run(every, self.cache, self.backend, title=title))
-        return {key: _joined([*islice(found, len(group))]) for key, group in groups.items()}
+        return {key: joined([*islice(found, len(group))]) for key, group in groups.items()}
 
     def join(self, jobs: Sequence[Job], title: str) -> Arrays:
         """Run jobs that differ in their seeds, and return their joined results."""
         return self.run({None: jobs}, title)[None]
-
-
-def _joined(parts: Sequence[Arrays]) -> Arrays:
-    """Join the axes of seeds: the second ones, or the only ones of arrays with one axis."""
-    if len(parts) == 1:
-        return parts[0]
-    return {
-        name: np.concatenate([part[name] for part in parts], axis=min(1, values.ndim - 1))
-        for name, values in parts[0].items()
-    }
 
 
 def chunks(flocks: range, size: int) -> list[range]:
