@@ -27,6 +27,9 @@ PROFILE_RANGES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
 UNOBSERVED = ("reward", "range_cost", "count_components")
 """Options that change neither observations nor actions."""
 
+FREE = ("action_mode", "min_range", "range_grid", *UNOBSERVED)
+"""Options that a policy chooses itself when it plays a task."""
+
 VIEWS = {False: "flock", True: "agent"}
 """What a range and an observation row belong to, by ``per_agent``: names of the core."""
 
