@@ -131,7 +131,9 @@ class Comparison:
         axes.set_xlabel(f"interaction range ({self.range_unit})" if self.range_unit else "interaction range")
         if has_bands:
             axes.fill_between(places, *self.search.mean_with_interval(self.spec.name)[1:], color="0.88", lw=0)
-        axes.plot(places, self.spec.values(self.search).mean(axis=1), color="0.25", label="one fixed range")
+        axes.plot(
+            places, getattr(self.search, self.spec.name).mean(axis=1), color="0.25", label="one fixed range"
+        )
         for place, (name, row) in enumerate(self.rows.items()):
             color, (center, low, high) = f"C{place % 10}", vars(row.objective).values()
             label = f"{self.spec.number(center)} {name}"

@@ -1,12 +1,11 @@
 """``LineScenario``: parameters of the line model and their defaults."""
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 from flockesc_env import _core
-from flockesc_env.scenario.document import Document
+from flockesc_env.scenario.document import Document, checked
 from flockesc_env.scenario.objectives import LINE_OBJECTIVES, ObjectiveSpec
 from flockesc_env.scenario.options import ActionOptions, LineOptions, LineOptionsDict, check_names
 
@@ -51,7 +50,7 @@ class LineScenario(Document):
     max_steps: int = 1000
 
     def __post_init__(self) -> None:
-        self._set(_core.check_line_scenario(json.dumps(self._given())))
+        self._set(checked(_core.check_line_scenario, self._given()))
 
     def env_options(
         self, given: Mapping[str, Any], known: type = LineOptionsDict, own: Iterable[str] = ()

@@ -6,7 +6,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, Self, TypedDict, get_args
+from typing import Any, ClassVar, Literal, Self, TypedDict, get_args
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats, as_vector
@@ -81,11 +81,6 @@ class ActionOptions:
     def to_core(self, *, per_agent: bool = False) -> str:
         """Return the options as JSON, for the compiled core."""
 
-    @property
-    def candidates(self) -> tuple[float, ...]:
-        """Candidate ranges of the observation; empty without a profile."""
-        return ()
-
 
 @dataclass(frozen=True, kw_only=True)
 class EnvOptions(ActionOptions):
@@ -155,11 +150,6 @@ class EnvOptions(ActionOptions):
             vars(self)["profile_ranges"] = tuple(as_vector(ranges, "profile_ranges").tolist())
         _core.observation_entries(self.to_core(per_agent=True), 2)  # raises if one is out of bounds
 
-    @property
-    def candidates(self) -> tuple[float, ...]:
-        """The entries of ``profile_ranges``."""
-        return tuple(self.profile_ranges or ())
-
     def to_core(self, *, per_agent: bool = False, max_actions: int | None = None) -> str:
         """Return the options as JSON for the compiled core, with the limit of actions of an episode."""
         names = ("objective", "reward", "range_cost", "max_range", "predator_sensing_range")
@@ -178,7 +168,10 @@ class LineOptions(ActionOptions):
         steps_per_action: see ``ActionOptions``; the default is 1.
         reward: ``"change"``: d(t) - d(t-1), where d is the escape distance, so that the return is
             d_ss - d(0). ``"terminal"``: the same sum, in the last step.
+        profile_ranges: none.
     """
+
+    profile_ranges: ClassVar[None] = None
 
     max_range: float = 1.0
     steps_per_action: int = 1
