@@ -208,5 +208,5 @@ def policy_spec(
     scenario: FlockScenario | LineScenario, options: EnvOptions | LineOptions, *, per_agent: bool = False
 ) -> PolicySpec:
     """Return the policy spec of an environment with this scenario and these options."""
-    layout = ObservationLayout.of(scenario.observation_entries(options, per_agent=per_agent))
+    layout = ObservationLayout.of(options.entries(scenario, per_agent=per_agent))
     return PolicySpec(RangeActions(options), layout, scenario, options, per_agent, scenario.num_steps)

@@ -10,7 +10,7 @@ from flockesc_env.common.errors import InputError
 from flockesc_env.scenario import parts
 from flockesc_env.scenario.document import Document, checked
 from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
-from flockesc_env.scenario.options import ActionOptions, EnvOptions, EnvOptionsDict, check_names
+from flockesc_env.scenario.options import EnvOptions, EnvOptionsDict, check_names
 from flockesc_env.scenario.predators import ConstantVelocity, Learned, Predator, Start, approach
 
 _SEARCH_RANGES = (*(2.0 * k for k in range(11)), 25.0, 30.0, 40.0, 50.0, 75.0, 100.0, 150.0)
@@ -122,12 +122,6 @@ class FlockScenario(Document):
             expected = "the largest number of neighbors, required by a topological rule"
             raise InputError("max_range", expected, "none")
         return EnvOptions.among(given)
-
-    def observation_entries(
-        self, options: ActionOptions, *, per_agent: bool = False
-    ) -> list[tuple[str, float, float]]:
-        """Return the names and bounds of the entries of an observation row."""
-        return _core.observation_entries(options.to_core(per_agent=per_agent), self.dimension)
 
     @property
     def range_unit(self) -> str:

@@ -30,13 +30,9 @@ class ObjectiveSpec:
         """Number of decimals of J in tables."""
         return 2 if self.unit else 3
 
-    def number(self, value: float, sign: str = "") -> str:
-        """Return a value of J rounded for a picture; ``sign="+"`` also shows the sign of positive values."""
-        return f"{value:{sign}.{1 if self.unit else 3}f}"
-
     def text(self, value: float, sign: str = "") -> str:
-        """Return ``number`` with the unit."""
-        return f"{self.number(value, sign)} {self.unit}".rstrip()
+        """Return a value of J, rounded, with its unit; ``sign="+"`` also signs positive values."""
+        return f"{value:{sign}.{1 if self.unit else 3}f} {self.unit}".rstrip()
 
     def is_defined_in(self, scenario: object) -> bool:
         """Return whether the scenario has the field that the objective requires."""

@@ -78,8 +78,8 @@ class ActionOptions:
         return _core.RangeMap(json.dumps({name: getattr(self, name) for name in names}))
 
     @abstractmethod
-    def to_core(self, *, per_agent: bool = False) -> str:
-        """Return the options as JSON, for the compiled core."""
+    def entries(self, scenario: Any, *, per_agent: bool) -> list[tuple[str, float, float]]:
+        """Return the names and bounds of the entries of an observation row in a scenario."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,6 +150,10 @@ class EnvOptions(ActionOptions):
             vars(self)["profile_ranges"] = tuple(as_vector(ranges, "profile_ranges").tolist())
         _core.observation_entries(self.to_core(per_agent=True), 2)  # raises if one is out of bounds
 
+    def entries(self, scenario: Any, *, per_agent: bool) -> list[tuple[str, float, float]]:
+        """Return the names and bounds of the entries of an observation row in a scenario."""
+        return _core.observation_entries(self.to_core(per_agent=per_agent), scenario.dimension)
+
     def to_core(self, *, per_agent: bool = False, max_actions: int | None = None) -> str:
         """Return the options as JSON for the compiled core, with the limit of actions of an episode."""
         names = ("objective", "reward", "range_cost", "max_range", "predator_sensing_range")
@@ -181,7 +185,11 @@ class LineOptions(ActionOptions):
         super().__post_init__()
         as_choice(self.reward, "reward", get_args(LineReward))
 
-    def to_core(self, *, per_agent: bool = False) -> str:  # noqa: ARG002, agents of a line share one range
+    def entries(self, scenario: Any, **_: bool) -> list[tuple[str, float, float]]:
+        """Return the names and bounds of the entries of a row, which agents of a line share."""
+        return _core.line_observation_entries(scenario.num_agents)
+
+    def to_core(self) -> str:
         """Return the options as JSON, for the compiled core."""
         names = ("reward", "max_range", "steps_per_action")
         return json.dumps({name: getattr(self, name) for name in names})
