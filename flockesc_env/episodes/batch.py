@@ -251,7 +251,7 @@ class PredatorBatch(FlockBatch):
         *,
         at_end: AtEnd = "refuse",
         out: tuple[Observations, FloatArray] | None = None,
-        **_: Any,
+        **__: Any,
     ) -> Step:
         """Apply one action of every predator as ``FlockBatch.step``; the returned ranges are not set."""
         ended, slots = self.core.ended(), range(self.num_flocks)

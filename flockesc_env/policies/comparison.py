@@ -1,4 +1,4 @@
-"""``Comparison``: the objectives of policies on the same flocks, as a table."""
+"""``Comparison``: the objectives of policies on the same flocks, as a table and a figure."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -9,7 +9,8 @@ import numpy as np
 
 from flockesc_env.common.array_files import origin, write_table
 from flockesc_env.common.checks import FloatArray
-from flockesc_env.common.extras import data_frame
+from flockesc_env.common.errors import InputError
+from flockesc_env.common.extras import data_frame, figure_style
 from flockesc_env.common.files import write_text
 from flockesc_env.episodes.batch import Columns
 from flockesc_env.scenario.objectives import ObjectiveSpec
@@ -17,6 +18,7 @@ from flockesc_env.scenario.presets import Scenario
 
 if TYPE_CHECKING:
     import polars as pl
+    from matplotlib.figure import Figure
 
     from flockesc_env.common.stats import Estimate
 
@@ -113,6 +115,40 @@ class Comparison:
         folder.mkdir(parents=True, exist_ok=True)
         write_text(folder / "table.md", f"{self}\n")
         write_table(self.table(), folder / "episodes.parquet", origin(self.search))
+
+    @figure_style()
+    def plot(self) -> "Figure":
+        """Return a Matplotlib figure: the objective against the fixed range, and a line per policy.
+
+        Bands are 95 % intervals. A dashed line marks the best fixed range.
+        """
+        if self.search is None:
+            raise InputError("plot", "a comparison of ranges (table() has the objectives)", "predators")
+        from matplotlib.figure import Figure  # optional and slow to import
+
+        figure = Figure(figsize=(8.3, 4.2), layout="constrained")
+        axes, has_bands, places = figure.subplots(), len(self.seeds) > 1, self.search.interaction_ranges
+        axes.set_xlabel(f"interaction range ({self.range_unit})" if self.range_unit else "interaction range")
+        if has_bands:
+            axes.fill_between(places, *self.search.mean_with_interval(self.spec.name)[1:], color="0.88", lw=0)
+        axes.plot(places, self.spec.values(self.search).mean(axis=1), color="0.25", label="one fixed range")
+        for place, (name, row) in enumerate(self.rows.items()):
+            color, (center, low, high) = f"C{place % 10}", vars(row.objective).values()
+            label = f"{self.spec.number(center)} {name}"
+            if place == 0:
+                axes.axvline(self.best_range, color="0.25", ls="--", lw=1, label=label)
+            elif name != ORACLE:
+                axes.axhline(center, color=color, label=label)
+                if has_bands:
+                    axes.axhspan(low, high, color=color, alpha=0.15, lw=0)
+        axes.set_ylabel(self.spec.with_unit(self.spec.symbol))
+        title = f"{len(self.seeds)} held-out {self.spec.model}s, 95 % intervals"
+        axes.set_title(title, loc="left", fontsize="medium")
+        axes.margins(x=0)
+        axes.spines[["top", "right"]].set_visible(False)
+        figure.legend(loc="outside right upper", fontsize="small", frameon=False)
+        figure.draw_without_rendering()  # creates the labels of ticks in this style
+        return figure
 
     def __str__(self) -> str:
         spec, rule, many = self.spec, self.rule, f"{self.spec.model}s"

@@ -3,7 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Final, Literal
+from typing import Any, Final, Literal
+
+from flockesc_env.common.checks import FloatArray
 
 Objective = Literal["min_mean_distance", "min_min_distance", "fraction_surviving"]
 
@@ -30,9 +32,18 @@ class ObjectiveSpec:
         """Number of decimals of J in tables."""
         return 2 if self.unit else 3
 
+    def number(self, value: float, sign: str = "") -> str:
+        """Return a value of J rounded for a picture; ``sign="+"`` also shows the sign of positive values."""
+        return f"{value:{sign}.{1 if self.unit else 3}f}"
+
     def text(self, value: float, sign: str = "") -> str:
-        """Return a value of J, rounded, with its unit; ``sign="+"`` also signs positive values."""
-        return f"{value:{sign}.{1 if self.unit else 3}f} {self.unit}".rstrip()
+        """Return ``number`` with the unit."""
+        return f"{self.number(value, sign)} {self.unit}".rstrip()
+
+    def values(self, results: Any) -> FloatArray:
+        """Return J of ``Episodes``, ``LineEpisodes`` or the results of ``sweep``."""
+        values: FloatArray = getattr(results, self.name)
+        return values
 
     def is_defined_in(self, scenario: object) -> bool:
         """Return whether the scenario has the field that the objective requires."""

@@ -92,7 +92,7 @@ def informed_greedy(task: str, scenario: str, flocks: range) -> Arrays:
     policy = BestCandidate("escape_cosine" if is_mean else "closest_approach")
     model = _flock(task, scenario)
     episodes = rollout(model, policy, flocks, per_agent=True, num_threads=1, **options)
-    return {"objective": getattr(episodes, tasks[task].spec.name)}
+    return {"objective": tasks[task].spec.values(episodes)}
 
 
 def free_headings(task: str, scenario: str, flocks: range) -> Arrays:

@@ -49,6 +49,7 @@ def test_an_own_scenario_is_compared_as_by_hand(objective: str) -> None:
     ]
     assert found.table().shape == (5 * 4, 5)
     assert str(found).splitlines()[-1].startswith("| FixedRange (2) | ")
+    assert len(found.plot().axes[0].get_lines()) == 5
 
 
 def test_fixed_ranges_flee_from_the_predator_policy_and_a_short_grid_is_said() -> None:
@@ -88,6 +89,8 @@ def test_a_learned_predator_is_judged_saved_watched_and_compared(
     np.testing.assert_equal(found.values, expected)
     smaller = (expected["PPO"] < expected[names[0]]) + (expected["PPO"] == expected[names[0]]) / 2
     assert found.rows["PPO"].improvement.mean == smaller.mean()
+    with pytest.raises(fe.InputError, match="plot: expected a comparison of ranges"):
+        found.plot()
     judged = fe.compare(None, f"{file}", side="predator", num_flocks=2, num_tuning=2)
     assert Ran(capsys, "compare", file, "--side", "predator", "--flocks", 2).out == f"{judged}\n"
     run = fe.simulate(
