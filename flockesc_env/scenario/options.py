@@ -6,7 +6,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, Self, TypedDict, get_args
+from typing import Any, Literal, Self, TypedDict, get_args
 
 from flockesc_env import _core
 from flockesc_env.common.checks import as_choice, as_count, as_flag, as_floats, as_vector
@@ -172,10 +172,9 @@ class LineOptions(ActionOptions):
         steps_per_action: see ``ActionOptions``; the default is 1.
         reward: ``"change"``: d(t) - d(t-1), where d is the escape distance, so that the return is
             d_ss - d(0). ``"terminal"``: the same sum, in the last step.
-        profile_ranges: none.
     """
 
-    profile_ranges: ClassVar[None] = None
+    profile_ranges = None  # no field: the line has no profile
 
     max_range: float = 1.0
     steps_per_action: int = 1
