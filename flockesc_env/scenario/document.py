@@ -12,6 +12,7 @@ import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from functools import cache
 from typing import Any, Self, TypeVar, get_args
 
 import numpy as np
@@ -183,6 +184,7 @@ def as_plain(value: Any, path: str, hint: Any = None) -> Any:
         raise InputError(path, "a number, a string or a list", shown(value)) from None
 
 
+@cache
 def _kinds(family: Any) -> list[str]:
     """Return the kinds of a union of parts."""
     return [part.kind for part in get_args(family) if isinstance(part, type) and issubclass(part, Part)]
