@@ -204,7 +204,11 @@ def _plain(value: Any, path: str) -> Any:
         case list() | tuple():
             return [_plain(entry, f"{path}[{index}]") for index, entry in enumerate(value)]
         case Mapping():
-            return {name: _plain(entry, f"{path}.{name}") for name, entry in value.items()}
+            names = [as_text(_plain(name, path), path) for name in value]
+            return {
+                name: _plain(entry, f"{path}.{name}")
+                for name, entry in zip(names, value.values(), strict=True)
+            }
         case int() if abs(value) >= 2**63:
             raise InputError(path, "an integer between -2^63 and 2^63", value)
         case str() if not value.isascii():
