@@ -134,7 +134,7 @@ def play_networks(
     report = None if progress is None else lambda done: progress(done, len(seeds))
     architecture = cast("NetworkPolicy", entry.policy).architecture
     numbers, actions = np.array(seeds, np.uint64), RangeActions(entry.options)
-    _, ranges = choices(architecture, actions, entry.options.candidates)
+    _, ranges = choices(architecture, actions, tuple(entry.options.profile_ranges or ()))
     network = architecture.to_core(), parameters, ranges
     if isinstance(entry.scenario, FlockScenario):
         return flock_batch(entry, 1).core.rollout(network, numbers, report)
