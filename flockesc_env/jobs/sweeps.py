@@ -39,5 +39,8 @@ def seed_jobs(
 
 
 def joined(parts: Sequence[Arrays]) -> Arrays:
-    """Return the results of consecutive seeds as those of one job."""
-    return {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
+    """Return the results of consecutive seeds as those of one job; seeds are the second or the only axis."""
+    if len(parts) == 1:
+        return parts[0]
+    axes = {name: min(1, values.ndim - 1) for name, values in parts[0].items()}
+    return {name: np.concatenate([part[name] for part in parts], axis) for name, axis in axes.items()}
