@@ -61,7 +61,7 @@ def paper(
 ) -> Exit:
     """Set the paper's claims and figures beside what this package measures.
 
-    Writes README.md, figures (PNG, SVG), results.json.
+    Writes README.md, figures, results.json.
 
     Takes about a quarter of an hour on two cores; interrupted, run it again to continue.
 
@@ -94,7 +94,7 @@ def robustness(
 ) -> Exit:
     """Find the best fixed range in every preset: does the paper's finding survive?
 
-    Writes README.md, robustness.png and robustness.svg, results.json.
+    Writes README.md, robustness.png, results.json.
 
     About 35 minutes on two cores; interrupted, run it again to continue.
 

@@ -42,11 +42,6 @@ class Runner:
         return self.run({None: jobs}, title)[None]
 
 
-def chunks(flocks: range, size: int) -> list[range]:
-    """Cut a range of seeds into parts of at most ``size``."""
-    return [flocks[start : start + size] for start in range(0, len(flocks), size)]
-
-
 def share_of(purpose: range, count: int, scale: float, *, least: int = 2) -> range:
     """Return the first seeds of a purpose: a share of their number, at least ``least``."""
     return first_seeds(purpose, max(least, round(count * scale)))
@@ -60,7 +55,8 @@ def split(
     A flock takes about ``seconds``.
     """
     name = f"{function.__module__}:{function.__name__}"
-    return [Job(name, (*arguments, part), seconds * len(part)) for part in chunks(flocks, size)]
+    parts = [flocks[start : start + size] for start in range(0, len(flocks), size)]
+    return [Job(name, (*arguments, part), seconds * len(part)) for part in parts]
 
 
 def over(measure: Callable[[float, int], Mapping[str, Any]], ranges: Iterable[float], seeds: range) -> Arrays:
@@ -92,12 +88,13 @@ def play(
     policy: str | bytes,
     scenario: FlockScenario | LineScenario,
     column: str,
+    options: Mapping[str, Any],
     flocks: range,
-    options: Mapping[str, Any] | None = None,
 ) -> Arrays:
     """Return an objective of every flock; ``options`` replace some of those that the policy was made for."""
-    found = policy_of(policy).with_options(**(options or {}))
-    return {"objective": getattr(rollout(scenario, found, flocks), column)}
+    return {
+        "objective": getattr(rollout(scenario, policy_of(policy).with_options(**options), flocks), column)
+    }
 
 
 def play_jobs(
@@ -108,10 +105,7 @@ def play_jobs(
     if isinstance(scenario, FlockScenario):
         steps, slowness = scenario.num_steps, 30 if scenario.neighbor_rule.kind == "topological" else 1
     seconds = steps * scenario.num_agents * _AGENT_STEP * slowness
-    return [
-        Job(f"{__name__}:play", (policy, scenario, column, part, options), seconds * len(part))
-        for part in chunks(flocks, 250)
-    ]
+    return split(play, policy, scenario, column, options, flocks=flocks, size=250, seconds=seconds)
 
 
 def write_rows(file: Path, rows: Iterable[Mapping[str, Any]]) -> None:

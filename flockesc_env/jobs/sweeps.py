@@ -35,10 +35,8 @@ def seed_jobs(
 
 
 def joined(parts: Sequence[Arrays]) -> Arrays:
-    """Join the axes of seeds: the second ones, or the only ones of arrays with one axis."""
+    """Return the results of consecutive seeds as those of one job; seeds are the second or the only axis."""
     if len(parts) == 1:
         return parts[0]
-    return {
-        name: np.concatenate([part[name] for part in parts], axis=min(1, values.ndim - 1))
-        for name, values in parts[0].items()
-    }
+    axes = {name: min(1, values.ndim - 1) for name, values in parts[0].items()}
+    return {name: np.concatenate([part[name] for part in parts], axis) for name, axis in axes.items()}

@@ -194,13 +194,13 @@ class _LineBatch:
         ranges = self.policy_spec.actions.to_ranges(actions, len(self._lines))
         rewards = np.zeros(len(self._lines))
         for row, line in enumerate(self._lines):
-            if not line.has_ended:
+            if not line.get("has_ended"):
                 self._observations[row], rewards[row], *_ = line.step(float(ranges[row]))
         return self._observations, rewards, self._column("has_ended"), ranges, {}
 
     def outcomes(self) -> Columns:
-        columns = {name: self._column(name) for name in ("escape_distance", "steps", "num_components")}
-        return {**columns, "converged": self._column("is_steady")}
+        names = ("escape_distance", "steps", "num_components", "converged")
+        return {name: self._column(name) for name in names}
 
     def _column(self, name: str) -> NDArray[Any]:
-        return np.array([getattr(line, name) for line in self._lines])
+        return np.array([line.get(name) for line in self._lines])
