@@ -20,6 +20,8 @@ os.environ["SDL_VIDEODRIVER"] = "dummy"
 # Workers share the cores; several torch threads in each make training tests four times slower
 # and change sums. NPROC is the number of threads of XLA.
 os.environ["OMP_NUM_THREADS"] = os.environ["NPROC"] = "1"
+# Compiling takes most of the time of tests of JAX.
+os.environ["JAX_DISABLE_MOST_OPTIMIZATIONS"] = "1"
 
 # No deadline, because machines are shared. Derandomized, so that only code changes make a test fail.
 settings.register_profile("suite", deadline=None, derandomize=True, database=None, print_blob=True)

@@ -83,6 +83,7 @@ def test_consensus_is_what_a_slow_reference_finds(force: str | None) -> None:
 def test_the_paper_is_reproduced(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A small run from the command line gives the same numbers in JSON and in the report."""
     monkeypatch.setattr("training.figure_style.DPI", 40)
+    monkeypatch.setattr("matplotlib.layout_engine.ConstrainedLayoutEngine.execute", lambda *_: None)  # slow
     output = tmp_path / "paper"
     flags = ["--flocks", 4, "--lines", 40, "--backend", "serial", "--output", output]
     ran = cli("paper", *flags, run=STUDIES.main)

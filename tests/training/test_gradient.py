@@ -24,7 +24,6 @@ VARIED = SMALL.replace(predators=(PurePursuit(),), randomization=(RandomApproach
 
 @pytest.fixture(autouse=True)
 def double() -> Iterator[None]:
-    jax.config.update("jax_disable_most_optimizations", True)  # compiles faster
     with jax.enable_x64(True):
         yield
 
