@@ -15,6 +15,21 @@ from typing import TYPE_CHECKING as _TYPE_CHECKING
 
 from flockesc_env._core import __version__
 from flockesc_env.common.errors import FlockescError, InputError, ResetNeededError
+from flockesc_env.envs.gymnasium import FlockEscapeEnv, PredatorEnv
+from flockesc_env.envs.line import LineEscapeEnv
+from flockesc_env.episodes.starts import episode_seed
+from flockesc_env.models.records import load_run, replay_run, save_run
+from flockesc_env.models.scan import scan
+from flockesc_env.models.simulate import simulate_line
+from flockesc_env.models.sweep import sweep
+from flockesc_env.policies.base import Policy
+from flockesc_env.policies.compare import compare
+from flockesc_env.policies.network import NetworkPolicy
+from flockesc_env.policies.registry import load_policy, save_policy
+from flockesc_env.policies.rollout import rollout
+from flockesc_env.policies.rules import FixedRange, ScheduledRange, StubbornLeaders
+from flockesc_env.policies.sb3 import SB3Policy
+from flockesc_env.policies.simulate import simulate
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.options import EnvOptions, LineOptions
@@ -23,22 +38,7 @@ from flockesc_env.taskset.registration import register as _register
 from flockesc_env.taskset.task import tasks
 
 if _TYPE_CHECKING:
-    from flockesc_env.envs.gymnasium import FlockEscapeEnv, PredatorEnv
-    from flockesc_env.envs.line import LineEscapeEnv
     from flockesc_env.envs.pettingzoo import parallel_env
-    from flockesc_env.episodes.starts import episode_seed
-    from flockesc_env.models.records import load_run, replay_run, save_run
-    from flockesc_env.models.scan import scan
-    from flockesc_env.models.simulate import simulate_line
-    from flockesc_env.models.sweep import sweep
-    from flockesc_env.policies.base import Policy
-    from flockesc_env.policies.compare import compare
-    from flockesc_env.policies.network import NetworkPolicy
-    from flockesc_env.policies.registry import load_policy, save_policy
-    from flockesc_env.policies.rollout import rollout
-    from flockesc_env.policies.rules import FixedRange, ScheduledRange, StubbornLeaders
-    from flockesc_env.policies.sb3 import SB3Policy
-    from flockesc_env.policies.simulate import simulate
 
 __all__ = [
     "PRESETS",
@@ -75,29 +75,8 @@ __all__ = [
     "tasks",
 ]
 
-_LATER = {
-    "envs.gymnasium": ("FlockEscapeEnv", "PredatorEnv"),
-    "envs.line": ("LineEscapeEnv",),
-    "envs.pettingzoo": ("parallel_env",),
-    "episodes.starts": ("episode_seed",),
-    "models.records": ("load_run", "replay_run", "save_run"),
-    "models.scan": ("scan",),
-    "models.simulate": ("simulate_line",),
-    "models.sweep": ("sweep",),
-    "policies.base": ("Policy",),
-    "policies.compare": ("compare",),
-    "policies.network": ("NetworkPolicy",),
-    "policies.registry": ("load_policy", "save_policy"),
-    "policies.rollout": ("rollout",),
-    "policies.rules": ("FixedRange", "ScheduledRange", "StubbornLeaders"),
-    "policies.sb3": ("SB3Policy",),
-    "policies.simulate": ("simulate",),
-}
-"""Names that are imported at their first use, because to import all takes 0.1 s."""
-_HOMES = {name: f"flockesc_env.{module}" for module, names in _LATER.items() for name in names}
-_MODULES = {
-    *("benchmarl", "envs", "flockesc_v1", "jax", "jobs", "models", "policies", "render", "sb3", "torchrl")
-}
+_MODULES = {"benchmarl", "flockesc_v1", "jax", "jobs", "sb3", "torchrl"}
+"""Modules that are imported at their first use: they are slow to import or need an extra."""
 
 _register()
 
@@ -105,12 +84,11 @@ _register()
 if not _TYPE_CHECKING:
 
     def __getattr__(name: str) -> object:
-        """Import a module or a name at its first use."""
-        if name in _HOMES:
-            globals()[name] = getattr(_import_module(_HOMES[name]), name)
-            return globals()[name]
+        """Import PettingZoo, which fails in a deleted working folder, or a module at its first use."""
+        if name == "parallel_env":
+            return _import_module(f"{__name__}.envs.pettingzoo").parallel_env
         if name in _MODULES:
-            return _import_module(f"flockesc_env.{name}")
+            return _import_module(f"{__name__}.{name}")
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
     def __dir__() -> list[str]:

@@ -67,9 +67,7 @@ def start(scenario: _Scenario, seed: int) -> FlockState:
     return init(flock.scenario, flock.positions, flock.velocities)
 
 
-def step(
-    scenario: _Scenario, state: FlockState, ranges: Any, softness: float = 0.0, straight_through: bool = False
-) -> FlockState:
+def step(scenario: _Scenario, state: FlockState, ranges: Any, softness: float = 0.0) -> FlockState:
     """Return the state after one step (docs/model.md, "Flock", steps 1 to 5).
 
     Args:
@@ -78,11 +76,9 @@ def step(
         ranges: rho_i in m, one or shape (n,). Under ``jit`` a negative range counts as 0.
         softness: width in m of the boundaries of rho_i and rho_p, which gives ranges a gradient. The weight
             at distance d is sigmoid((rho - d) / softness). 0: the model itself.
-        straight_through: True: values of the model itself, with the gradient of the soft one.
     """
     model, (r, v, r_p, v_p, *_) = _supported(scenario), state
-    is_hard = as_flag(straight_through, "straight_through")
-    within = partial(_within, float(as_floats(softness, "softness", (), least=0.0)), is_hard)
+    within = partial(_within, float(as_floats(softness, "softness", (), least=0.0)))
     m, v0, a, s, rho_p = (jnp.asarray(getattr(model, name), r.dtype).reshape(-1, 1) for name in _NUMBERS)
     rho, dt = _ranges(ranges, "ranges", state), model.time_step
     # 1. Neighbors. An agent hears itself with the weight 1.
@@ -148,7 +144,6 @@ def rollout(
     state: FlockState,
     policy: Callable[..., Any],
     softness: float = 0.0,
-    straight_through: bool = False,
     per_agent: bool = True,
     memory: Any = None,
     **options: Unpack[EnvOptionsDict],
@@ -173,7 +168,7 @@ def rollout(
             return _ranges(ranges, "policy", state), kept
 
         ranges, memory = jax.lax.cond(index % every == 0, act, lambda: (state.ranges, memory))
-        moved = step(model, state, ranges, softness, straight_through)
+        moved = step(model, state, ranges, softness)
         return (moved, memory), moved
 
     return FlockState(*jax.lax.scan(advance, (state, memory), jnp.arange(model.num_steps))[1])
@@ -243,10 +238,10 @@ def _squares(r: jax.Array) -> jax.Array:
     return sum(jnp.matmul(*pair, precision="highest") ** 2 for pair in pairs)  # type: ignore[return-value]
 
 
-def _within(softness: float, straight_through: bool, limit: jax.Array, squares: jax.Array) -> jax.Array:
-    hard = (squares <= limit**2).astype(squares.dtype)
-    soft = jax.nn.sigmoid((limit - jnp.sqrt(squares + 1e-30)) / softness) if softness else hard
-    return hard + (soft - jax.lax.stop_gradient(soft)) if straight_through else soft
+def _within(softness: float, limit: jax.Array, squares: jax.Array) -> jax.Array:
+    if softness:
+        return jax.nn.sigmoid((limit - jnp.sqrt(squares + 1e-30)) / softness)
+    return (squares <= limit**2).astype(squares.dtype)
 
 
 def _steered(predator: Predator, r_p: jax.Array, v_p: jax.Array, r: jax.Array, dt: float) -> jax.Array:

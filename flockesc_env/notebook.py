@@ -5,11 +5,10 @@ from collections.abc import Sequence
 from contextlib import suppress
 from io import BytesIO
 
-from flockesc_env.common.checks import as_count
 from flockesc_env.common.extras import MissingExtraError, figure_style
-from flockesc_env.models.simulate import Trajectory
+from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.render.palette import LIGHT
-from flockesc_env.watch.page import check_runs, render, replay
+from flockesc_env.watch.page import render, replay
 
 
 class Replay:
@@ -20,13 +19,10 @@ class Replay:
 
     Args:
         runs: names and runs, as for ``flockesc_env.watch.write_page``.
-        height: height of the frame in pixels.
     """
 
-    def __init__(self, runs: Sequence[tuple[str, Trajectory]], *, height: int = 740) -> None:
-        check_runs(runs)
-        self.runs = list(runs)
-        self.height = as_count(height, "height")
+    def __init__(self, runs: Sequence[tuple[str, Trajectory]]) -> None:
+        self.runs = as_runs(runs)
 
     def __repr__(self) -> str:
         return f"Replay({', '.join(name for name, _ in self.runs)})"
@@ -34,7 +30,7 @@ class Replay:
     def _repr_html_(self) -> str:
         page = render(self.runs, replay(self.runs), with_engine=False)
         source = page.replace("&", "&amp;").replace('"', "&quot;")
-        style = f"width: 100%; height: {self.height}px; border: 0"
+        style = "width: 100%; height: 740px; border: 0"
         return f'<iframe srcdoc="{source}" style="{style}">{_moment(self.runs)}</iframe>'
 
 

@@ -95,7 +95,7 @@ def draw(records: list[Record], folder: Path) -> list[Path]:
         axes.plot([*medians], micros, color=color, marker=marker, lw=width, ms=size, zorder=zorder)
         ends.append((micros[-1], name, color))
     label_ends(axes, ends, gap=0.06)
-    return [save_figure(figure, folder / "cost_against_range", ("png",))] if kernel else []
+    return [save_figure(figure, folder / "cost_against_range.png")] if kernel else []
 
 
 def _kernel(records: list[Record]) -> str:

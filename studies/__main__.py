@@ -13,7 +13,7 @@ from tyro.conf import Positional, arg
 from flockesc_env import jobs
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.flags import Backend, optional
-from flockesc_env.cli.output import Exit, check_folder, note, show
+from flockesc_env.cli.output import Exit, check_output, note, show
 from flockesc_env.common.checks import as_count
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
@@ -61,7 +61,7 @@ def paper(
 ) -> Exit:
     """Set the paper's claims and figures beside what this package measures.
 
-    Writes README.md, figures (PNG, SVG), results.json.
+    Writes README.md, figures, results.json.
 
     Takes about a quarter of an hour on two cores; interrupted, run it again to continue.
 
@@ -94,7 +94,7 @@ def robustness(
 ) -> Exit:
     """Find the best fixed range in every preset: does the paper's finding survive?
 
-    Writes README.md, robustness.png and robustness.svg, results.json.
+    Writes README.md, robustness.png, results.json.
 
     About 35 minutes on two cores; interrupted, run it again to continue.
 
@@ -244,7 +244,7 @@ def _saved(path: Path) -> Exit:
 def _runner(folder: Path, extra: str, backend: str) -> Runner:
     """Check that libraries are installed and files can be written; return a runner that keeps results."""
     runs_on = jobs.find_backend(backend)
-    check_folder(folder)
+    check_output(folder)
     require(extra, _LIBRARIES[extra])
     from studies.measurements import Runner
 

@@ -14,6 +14,7 @@ from flockesc_env.common.array_files import write_table
 from flockesc_env.common.stats import Estimate, FloatArray, mean
 from flockesc_env.episodes.splits import first_seeds
 from flockesc_env.jobs import Arrays, Backend, Cache, Job, run
+from flockesc_env.jobs.sweeps import joined
 from flockesc_env.policies import BasePolicy, load_policy
 from flockesc_env.policies.registry import parse_policy
 
@@ -34,26 +35,11 @@ class Runner:
         groups = {key: [group] if isinstance(group, Job) else group for key, group in jobs.items()}
         every = [job for group in groups.values() for job in group]
         found = iter(run(every, self.cache, self.backend, title=title))
-        return {key: _joined([*islice(found, len(group))]) for key, group in groups.items()}
+        return {key: joined([*islice(found, len(group))]) for key, group in groups.items()}
 
     def join(self, jobs: Sequence[Job], title: str) -> Arrays:
         """Run jobs that differ in their seeds, and return their joined results."""
         return self.run({None: jobs}, title)[None]
-
-
-def _joined(parts: Sequence[Arrays]) -> Arrays:
-    """Join the axes of seeds: the second ones, or the only ones of arrays with one axis."""
-    if len(parts) == 1:
-        return parts[0]
-    return {
-        name: np.concatenate([part[name] for part in parts], axis=min(1, values.ndim - 1))
-        for name, values in parts[0].items()
-    }
-
-
-def chunks(flocks: range, size: int) -> list[range]:
-    """Cut a range of seeds into parts of at most ``size``."""
-    return [flocks[start : start + size] for start in range(0, len(flocks), size)]
 
 
 def share_of(purpose: range, count: int, scale: float, *, least: int = 2) -> range:
@@ -69,7 +55,8 @@ def split(
     A flock takes about ``seconds``.
     """
     name = f"{function.__module__}:{function.__name__}"
-    return [Job(name, (*arguments, part), seconds * len(part)) for part in chunks(flocks, size)]
+    parts = [flocks[start : start + size] for start in range(0, len(flocks), size)]
+    return [Job(name, (*arguments, part), seconds * len(part)) for part in parts]
 
 
 def over(measure: Callable[[float, int], Mapping[str, Any]], ranges: Iterable[float], seeds: range) -> Arrays:
@@ -101,12 +88,13 @@ def play(
     policy: str | bytes,
     scenario: FlockScenario | LineScenario,
     column: str,
+    options: Mapping[str, Any],
     flocks: range,
-    options: Mapping[str, Any] | None = None,
 ) -> Arrays:
     """Return an objective of every flock; ``options`` replace some of those that the policy was made for."""
-    found = policy_of(policy).with_options(**(options or {}))
-    return {"objective": getattr(rollout(scenario, found, flocks), column)}
+    return {
+        "objective": getattr(rollout(scenario, policy_of(policy).with_options(**options), flocks), column)
+    }
 
 
 def play_jobs(
@@ -117,10 +105,7 @@ def play_jobs(
     if isinstance(scenario, FlockScenario):
         steps, slowness = scenario.num_steps, 30 if scenario.neighbor_rule.kind == "topological" else 1
     seconds = steps * scenario.num_agents * _AGENT_STEP * slowness
-    return [
-        Job(f"{__name__}:play", (policy, scenario, column, part, options), seconds * len(part))
-        for part in chunks(flocks, 250)
-    ]
+    return split(play, policy, scenario, column, options, flocks=flocks, size=250, seconds=seconds)
 
 
 def write_rows(file: Path, rows: Iterable[Mapping[str, Any]]) -> None:

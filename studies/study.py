@@ -38,15 +38,14 @@ class Study:
 
     ``measure`` takes a runner of jobs, the folder of the results and the study's options. It returns
     ``Results``, or writes other files into the folder.
-    ``figures`` returns figures by the names of their files. ``report`` takes results and returns the text of
-    README.md in their folder.
+    ``figures`` returns figures by the names of their PNG files. ``report`` takes results and returns the text
+    of README.md in their folder.
     """
 
     measure: Callable[..., Any]
     load: Callable[[Path], Any]
     figures: Callable[[Any], Mapping[str, Figure]]
     report: Callable[[Any], str]
-    formats: tuple[str, ...] = ("png",)
 
     def run(self, runner: Runner, output: Path, **options: Any) -> Any:
         """Measure, and write results, figures and the report; return the results.
@@ -63,7 +62,7 @@ class Study:
         """Write figures and the report from the results in a folder; return the results."""
         results = self.load(output)
         for name, figure in self.figures(results).items():
-            save_figure(figure, output / name, self.formats)
+            save_figure(figure, output / f"{name}.png")
         write_text(output / REPORT, self.report(results))
         return results
 

@@ -20,6 +20,8 @@ os.environ["SDL_VIDEODRIVER"] = "dummy"
 # Workers share the cores; several torch threads in each make training tests four times slower
 # and change sums. NPROC is the number of threads of XLA.
 os.environ["OMP_NUM_THREADS"] = os.environ["NPROC"] = "1"
+# Compiling takes most of the time of tests of JAX.
+os.environ["JAX_DISABLE_MOST_OPTIMIZATIONS"] = "1"
 
 # No deadline, because machines are shared. Derandomized, so that only code changes make a test fail.
 settings.register_profile("suite", deadline=None, derandomize=True, database=None, print_blob=True)
@@ -35,7 +37,8 @@ EXPECTED_SKIPS = (
 
 @pytest.fixture(autouse=True, scope="session")
 def repository() -> None:
-    """Run all tests in the repository, wherever pytest was started."""
+    """Run all tests in the repository, wherever pytest was started. No file needs to survive a power cut."""
+    os.fsync = lambda _: None  # type: ignore[assignment]
     os.chdir(Path(__file__).parents[1])
 
 

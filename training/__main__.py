@@ -8,7 +8,7 @@ from tyro.conf import Positional, arg
 
 from flockesc_env.cli.application import Application
 from flockesc_env.cli.flags import EXPECTED, policy_of
-from flockesc_env.cli.output import Exit, check_folder, show, table
+from flockesc_env.cli.output import Exit, check_output, show, table
 from flockesc_env.common.extras import require
 from flockesc_env.taskset import tasks
 from flockesc_env.taskset.learners import OWN_ALGORITHMS
@@ -72,7 +72,7 @@ def _figures(
     Example: python -m training figures runs/per-agent-visible/ppo-3 --task per-agent-visible
     """
     require("train", _MODULES)
-    check_folder(output)
+    check_output(output)
     from training.figures import draw
 
     chosen = tasks[task]

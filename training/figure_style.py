@@ -81,12 +81,9 @@ def draw_predator(axes: Axes, path: FloatArray, reach: float) -> None:
     axes.add_patch(Circle(here, reach, color=LIGHT.predator, alpha=0.15, lw=0))
 
 
-def save_figure(figure: Figure, stem: Path, suffixes: tuple[str, ...] = ("svg", "png")) -> Path:
-    """Write a figure and return the last file. Equal figures give equal bytes."""
-    stem.parent.mkdir(parents=True, exist_ok=True)
-    metadata = {"svg": {"Date": None}, "png": {"Software": None}}
-    with mpl.rc_context({"svg.hashsalt": "flockesc_env", "svg.fonttype": "none"}):
-        for suffix in suffixes:
-            with atomic_write(stem.with_suffix(f".{suffix}")) as file:
-                figure.savefig(file, format=suffix, dpi=DPI, metadata=metadata[suffix])
-    return stem.with_suffix(f".{suffixes[-1]}")
+def save_figure(figure: Figure, file: Path) -> Path:
+    """Write a figure as PNG and return the file. Equal figures give equal bytes."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with atomic_write(file) as opened:
+        figure.savefig(opened, format="png", dpi=DPI, metadata={"Software": None})
+    return file

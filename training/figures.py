@@ -61,7 +61,7 @@ def draw(task: Task, entries: Sequence[BasePolicy], output: Path, num_flocks: in
     for file, (name, run) in zip(RECORDS, runs, strict=True):
         save_run(run, output / file, name=name)
     figures = [
-        save_figure(found.plot(), output / "objective_against_range"),
+        save_figure(found.plot(), output / "objective_against_range.png"),
         flock_under_attack(runs, task.spec, output),
     ]
     print("\nFigures:", *figures, sep="\n  ")
@@ -106,7 +106,7 @@ def flock_under_attack(runs: list[tuple[str, Trajectory]], objective: ObjectiveS
                 axes.set_xlabel("x (m)")
         panels[0].set_ylabel("y (m)")
         part.colorbar(arrows, ax=list(panels), label="range (m)", aspect=12, ticks=np.linspace(0, top, 5))
-    return save_figure(figure, folder / "flock_under_attack")
+    return save_figure(figure, folder / "flock_under_attack.png")
 
 
 def _frame(shown: list[tuple[Trajectory, int]]) -> tuple[Any, Any]:

@@ -35,7 +35,6 @@ class GradientArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_fie
     Attributes:
         hidden: widths of the hidden layers.
         memory: number of recurrent values of the network, at most the smallest width.
-        mirror: reflect observations such that the predator is on the left.
         softness: width in m of the boundaries of ranges; see ``flockesc_env.jax.step``.
         learning_rate: first learning rate; it falls to 0 as a cosine.
         clip: largest norm of the gradient of a flock. Larger gradients are scaled before the mean is taken.
@@ -45,7 +44,6 @@ class GradientArguments(Arguments, frozen=True, kw_only=True, forbid_unknown_fie
 
     hidden: tuple[int, ...] = (24,)
     memory: int = 4
-    mirror: bool = False
     softness: float = 1.0
     learning_rate: float = 0.02
     clip: float = 1.0
@@ -76,7 +74,7 @@ class GradientRounds(Rounds[GradientArguments]):
         scenario: Any = run.task.scenario
         self._scenario = scenario
         twin.observe(scenario, self._start(0), run.task.per_agent, **run.options)  # refuses other tasks
-        network = Architecture(inputs, args.hidden, args.memory, args.mirror, squash="tanh")
+        network = Architecture(inputs, args.hidden, args.memory, squash="tanh")
         self.family = Networks(run, network)
         self._optimizer = optax.adam(optax.cosine_decay_schedule(args.learning_rate, args.updates))
         self.layers = first_layers(network, 2 * first / longest - 1, run.seed)
@@ -107,8 +105,7 @@ class GradientRounds(Rounds[GradientArguments]):
         run, network = self.run, self.family.architecture
 
         def policy(observed: jax.Array, memory: jax.Array) -> tuple[jax.Array, jax.Array]:
-            seen = _mirrored(observed, network.inputs) if network.mirror else observed
-            outputs = jnp.concatenate([seen, memory], axis=-1)
+            outputs = jnp.concatenate([observed, memory], axis=-1)
             for weights, biases in layers:
                 outputs = jnp.tanh(outputs @ weights + biases)
             return (outputs[..., 0] + 1) / 2 * run.options["max_range"], outputs[..., 1:]
@@ -147,12 +144,3 @@ def first_layers(network: Architecture, first: float, seed: int) -> Layers:
     last[units, 1 + units] = _LATCH
     single: Layers = jax.tree.map(partial(jnp.asarray, dtype=np.float32), layers)
     return single
-
-
-def _mirrored(observed: jax.Array, names: tuple[str, ...]) -> jax.Array:
-    """Reflect observations as ``Architecture.mirror`` does."""
-    predator = observed[..., names.index("predator_direction_left")]
-    heard = observed[..., names.index("heard_velocity_left")]
-    is_left = jnp.array([name.endswith("_left") for name in names])
-    is_right = jnp.where(predator == 0, heard, predator)[..., None] < 0
-    return jnp.where(is_left & is_right, -observed, observed)

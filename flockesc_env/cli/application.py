@@ -1,29 +1,26 @@
 """``Application``: a command-line program with commands, exit codes and one-line errors.
 
-Commands print results with ``output.show`` or ``output.show_json``, and notes with ``output.note``. They
+Commands print results with ``output.show`` or ``output.conclude``, and notes with ``output.note``. They
 raise the package's errors; ``Application.main`` converts them to messages and exit codes.
 """
 
-import inspect
 import os
-import re
 import signal
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any
 
 import tyro
 
 from flockesc_env._core import __version__
 from flockesc_env.cli.flags import NUMBERS, similar_field
-from flockesc_env.cli.output import MEANINGS, Exit, flush, note, prepare_terminal, show
+from flockesc_env.cli.output import MEANINGS, Exit, flush, note, prepare_terminal, show, wrapped
 from flockesc_env.common.checks import as_choice
 from flockesc_env.common.errors import FlockescError, JobError, printable
 
-_WIDTH: Final = 80
-"""Columns of a usage line that names all flags."""
+_HELP = {"-h", "--help"}
 
 
 @dataclass(frozen=True)
@@ -31,7 +28,7 @@ class Application:
     """A command-line program.
 
     A command is a function that returns an ``Exit``. Its keyword arguments are the flags, its docstring is
-    the help text. tyro does not wrap lines, so each paragraph is one line.
+    the help text.
     """
 
     program: str  # its name in help texts
@@ -60,54 +57,51 @@ class Application:
             note(f"error: out of memory: {error}")
         return Exit.REFUSED
 
-    def _run(self, argv: list[str]) -> int:
-        name = argv[0] if argv else "--help"
+    def _run(self, argv: list[str]) -> Exit | int:
+        name, *flags = argv or ["--help"]
         if name == "--version":
             show(f"flockesc {__version__}")
             return Exit.DONE
-        try:
-            if name in self.commands:
-                return self._command(name, argv[1:])
-            if not name.startswith("-"):
-                as_choice(name, "command", self.commands)
-            app = tyro.extras.SubcommandApp()
-            for command, run in self.commands.items():
-                app.command(name=command, help=(run.__doc__ or "").partition("\n")[0])(run)
-            codes = "\n".join(f"{code.value:>5}  {meaning}" for code, meaning in MEANINGS.items())
-            app.cli(
-                prog=self.program,
-                description=f"{self.summary}\n\n{self.program} COMMAND --help explains a command;"
-                f" {self.program} --version prints the version.\n\n"
-                f"Results are printed on stdout, notes and progress on stderr. Exit codes:\n{codes}",
-                args=list(map(printable, argv)) or [name],
-            )
-        except SystemExit as stop:  # from tyro, after --help or an invalid flag
-            flush()
-            return stop.code if isinstance(stop.code, int) else Exit.REFUSED
-        return Exit.REFUSED
-
-    def _command(self, name: str, flags: list[str]) -> Exit | int:
-        command = self.commands[name]
-        is_help = not {"-h", "--help"}.isdisjoint(flags)
-        stdout: Any = _ShortUsage(sys.stdout) if is_help else sys.stdout
+        stdout: Any = sys.stdout if _HELP.isdisjoint([name, *flags]) else _Wrapped(sys.stdout)
         try:
             with redirect_stdout(stdout):
+                if name in _HELP:
+                    show(*self._overview())
+                    return Exit.DONE
                 return tyro.cli(
-                    command,
+                    self.commands[as_choice(name, "command", self.commands)],
                     prog=f"{self.program} {name}",
                     args=list(map(_printable_name, flags)),
                     config=(tyro.conf.FlagCreatePairsOff, tyro.conf.OmitArgPrefixes),
                     registry=NUMBERS,
                 )
-        except SystemExit as stop:  # tyro suggests similar flags, but not fields
-            known = inspect.signature(command).parameters
-            if stop.code and "scenario" in known and (field := similar_field(flags, known)):
+        except SystemExit as stop:  # from tyro, after --help or an invalid flag
+            flush()
+            # tyro suggests similar flags, but not fields.
+            if stop.code and (field := similar_field(flags, self.commands[name])):
                 note(f"{field} is a field of the scenario; set it with --set {field}=VALUE")
-            raise
+            return stop.code if isinstance(stop.code, int) else Exit.REFUSED
+
+    def _overview(self) -> list[str]:
+        """Return the lines of the help that lists all commands."""
+        width, program = max(map(len, self.commands)), self.program
+        explained = {name: (run.__doc__ or "").partition("\n")[0] for name, run in self.commands.items()}
+        return [
+            f"usage: {program} COMMAND ..",
+            "",
+            self.summary,
+            "",
+            *(f"  {name:<{width}}  {text}" for name, text in explained.items()),
+            "",
+            f"{program} COMMAND --help explains a command; {program} --version prints the version.",
+            "",
+            "Results are printed on stdout, notes and progress on stderr. Exit codes:",
+            *(f"{code.value:>5}  {meaning}" for code, meaning in MEANINGS.items()),
+        ]
 
 
-class _ShortUsage:
-    """A stream that omits the flags from a usage line if they are many: tyro does not wrap this line."""
+class _Wrapped:
+    """A stream that wraps lines at the terminal's width: tyro wraps only those in boxes."""
 
     def __init__(self, stream: Any) -> None:
         self._stream = stream
@@ -116,10 +110,7 @@ class _ShortUsage:
         return getattr(self._stream, name)
 
     def write(self, text: str) -> int:
-        for flags in (r"\[--.*\]", "--.*"):  # optional ones; all
-            if text.startswith("usage:") and len(text.partition("\n")[0]) > _WIDTH:
-                text = re.sub(flags, "[OPTIONS]", text, count=1)
-        written: int = self._stream.write(text)
+        written: int = self._stream.write(wrapped(text))
         return written
 
 

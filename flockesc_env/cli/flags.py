@@ -3,10 +3,11 @@
 import dataclasses
 import importlib
 import importlib.util
+import inspect
 import json
 import pickle
 import sys
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from difflib import get_close_matches
 from pathlib import Path
@@ -20,6 +21,7 @@ from flockesc_env.common.checks import parse_json, parse_number
 from flockesc_env.common.errors import InputError, errors_at, shown, shown_name
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import suffix_of
+from flockesc_env.models.records import versions
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import EXPECTED as NAMED
 from flockesc_env.policies.registry import PREDATORS, as_policy, as_predator_policy, load_policy, policy_file
@@ -52,9 +54,20 @@ def several(help_: str, metavar: str) -> Any:
     return arg(help=help_, metavar=metavar, help_behavior_hint="(at least one)")
 
 
-def switch(help_: str) -> Any:
-    """Return the annotation of a flag without a value."""
-    return arg(help=help_, help_behavior_hint="(default: off)")
+def _parsed(
+    metavar: str,
+    parse: Callable[[str], Any],
+    kinds: type | tuple[type, ...],
+    show: Callable[[Any], str] = str,
+) -> PrimitiveConstructorSpec[Any]:
+    """Return how tyro reads a flag with one word; it prints a ``ValueError`` of ``parse``."""
+    return PrimitiveConstructorSpec(
+        nargs=1,
+        metavar=metavar,
+        instance_from_str=lambda words: parse(words[0]),
+        is_instance=lambda value: isinstance(value, kinds),
+        str_from_instance=lambda value: [show(value)],
+    )
 
 
 NUMBERS = ConstructorRegistry()
@@ -66,42 +79,29 @@ def _number(flag: PrimitiveTypeInfo) -> PrimitiveConstructorSpec[Any] | None:
     kind = flag.type
     if kind not in {int, float}:
         return None
-    return PrimitiveConstructorSpec(
-        nargs=1,
-        metavar=kind.__name__.upper(),
-        instance_from_str=lambda words: parse_number(words[0], kind),
-        is_instance=lambda value: type(value) in {int, kind},
-        str_from_instance=lambda value: [str(value)],
-    )
+    return _parsed(kind.__name__.upper(), lambda text: parse_number(text, kind), (int, kind))
 
 
-def _range(words: list[str]) -> range:
+def _range(text: str) -> range:
     try:
-        numbers = [parse_number(word, int) for word in words[0].split(":")]
+        numbers = [parse_number(word, int) for word in text.split(":")]
         start, stop = numbers if len(numbers) > 1 else (0, *numbers)
+        if 0 <= start < stop <= 2**64 and stop - start <= sys.maxsize:
+            return range(start, stop)
     except ValueError:
-        raise ValueError(f"expected N or START:STOP, integers, got {words[0]!r}") from None  # tyro prints it
-    return range(start, stop)
+        pass
+    raise ValueError(f"expected N >= 1, or START:STOP with 0 <= START < STOP <= 2^64, got {text!r}")
 
 
-Json = Annotated[bool, switch("print the result as a JSON document on stdout")]
-Progress = Annotated[bool, switch("show a progress bar even if stderr is not a terminal")]
+Json = Annotated[bool, arg(help="print the result as a JSON document on stdout")]
+Progress = Annotated[bool, arg(help="show a progress bar even if stderr is not a terminal")]
 Threads = Annotated[int | None, *optional("number of threads; results do not depend on it", "one per core")]
 BACKEND = (
     "where jobs run: serial, processes[:N], ray[:ADDRESS] or slurm[:KEY=VALUE,..] (docs/long-work.md);"
     " results do not depend on it"
 )
 Backend = Annotated[str, arg(help=BACKEND, metavar="BACKEND")]
-Seeds = Annotated[
-    range,
-    PrimitiveConstructorSpec(
-        nargs=1,
-        metavar="N|START:STOP",
-        instance_from_str=_range,
-        is_instance=lambda value: isinstance(value, range),
-        str_from_instance=lambda value: [f"{value.start}:{value.stop}"],
-    ),
-]
+Seeds = Annotated[range, _parsed("N|START:STOP", _range, range, lambda value: f"{value.start}:{value.stop}")]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -150,13 +150,22 @@ Predator = Annotated[str | None, *optional(_HUNTERS, "that of the training, or n
 """A flag whose policy ``ScenarioFlags.hunted`` returns."""
 
 
-def described(scenario: Scenario) -> dict[str, Any]:
-    """Return what a JSON document says about a scenario: its model, ``flock`` or ``line``, and its fields."""
-    return {"model": scenario.model, "scenario": json.loads(scenario.to_json())}
+def described(command: str, scenario: Scenario, output: Path | None) -> dict[str, Any]:
+    """Return what the JSON document of every command with a scenario says; ``model``: flock or line."""
+    return {
+        "command": command,
+        "model": scenario.model,
+        "scenario": json.loads(scenario.to_json()),
+        "output": output and str(output),
+        "versions": versions(),
+    }
 
 
-def similar_field(flags: Sequence[str], known: Collection[str]) -> str | None:
-    """Return the field of a scenario that is similar to an unknown flag, or ``None``."""
+def similar_field(flags: Sequence[str], command: Callable[..., Any]) -> str | None:
+    """Return the field of a command's scenario that is similar to an unknown flag, or ``None``."""
+    known = inspect.signature(command).parameters
+    if "scenario" not in known:
+        return None
     fields = {field.name for model in MODELS.values() for field in dataclasses.fields(model)}
     names = [word[2:].partition("=")[0].replace("-", "_") for word in flags if word.startswith("--")]
     unknown = [name for name in names if name not in known]
@@ -252,13 +261,13 @@ def _model_policy(spec: str, task: "Task | None") -> BasePolicy:
         expected = f"{MODEL}, with a class of stable-baselines3 or sb3-contrib, such as PPO:{path}"
         raise InputError("policy", expected, f"{spec!r} ({error!r})") from error
     policy = SB3Policy(model, vec_normalize=normalizer)
-    if policy.options is not None:
-        return policy.with_options(name=Path(path).stem)
-    if task is None:
+    stated: dict[str, Any] = {}
+    if task is not None and policy.options is None:
+        stated = {"per_agent": task.per_agent, "scenario": task.scenario, **task.options}
+    elif policy.options is None:
         expected = (
             "a model that knows its scenario and options: one of RangePolicy or ScorerPolicy, or judged by"
             " FlockEvalCallback (save_policy(model, 'model.npz') after its training writes any)"
         )
         raise InputError("policy", expected, repr(spec))
-    stated: dict[str, Any] = {"per_agent": task.per_agent, "scenario": task.scenario, **task.options}
     return policy.with_options(name=Path(path).stem, **stated)

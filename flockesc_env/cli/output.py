@@ -6,12 +6,14 @@ Lines may contain strings from files: everything that a terminal would not print
 import io
 import json
 import os
+import re
 import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from enum import IntEnum
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import tyro
@@ -77,12 +79,6 @@ def flush(text: str = "") -> None:
         raise OSError(error.errno, error.strerror, "output") from None
 
 
-def show_json(document: Mapping[str, Any]) -> None:
-    """Print a result as JSON on stdout, with floats at full precision; infinity and NaN become null."""
-    finite = json.loads(json.dumps(document), parse_constant=lambda _: None)
-    show(*json.dumps(finite, indent=2).split("\n"))
-
-
 def conclude(
     result: Mapping[str, Any] | Sequence[str], output: Path | None, save: Callable[[Path], object]
 ) -> None:
@@ -92,16 +88,29 @@ def conclude(
             save(output)
             note(f"saved: {output}")
     finally:
-        if isinstance(result, Mapping):
-            show_json(result)
-        else:
-            show(*result)
+        if isinstance(result, Mapping):  # infinity and NaN become null
+            finite = json.loads(json.dumps(result), parse_constant=lambda _: None)
+            result = json.dumps(finite, indent=2).split("\n")
+        show(*result)
 
 
 def note(*lines: str) -> None:
-    """Print the lines of a note on stderr; a closed stream is ignored."""
+    """Print the lines of a note on stderr, wrapped in a terminal; a closed stream is ignored."""
+    text = "\n".join(["flockesc: " + printable(lines[0]), *map(printable, lines[1:])])
     with suppress(OSError):
-        print("flockesc:", "\n".join(map(printable, lines)), file=sys.stderr, flush=True)
+        print(wrapped(text) if sys.stderr.isatty() else text, file=sys.stderr, flush=True)
+
+
+def wrapped(text: str) -> str:
+    """Return a text whose lines fit the terminal. Second lines begin below the second column of a row."""
+    width, lines = shutil.get_terminal_size().columns, text.split("\n")
+    for at, line in enumerate(lines):
+        plain = re.sub(r"\x1b\[[\d;]*m", "", line)  # the terminal does not show codes of colors
+        if len(plain) > width:
+            row = re.match(r"(?: +\S+ +)?", plain)
+            indent = " " * (row.end() if row else 0)
+            lines[at] = fill(plain, width, subsequent_indent=indent, break_on_hyphens=False)
+    return "\n".join(lines)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
@@ -110,25 +119,19 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
     return ["  ".join(map(str.rjust, row, widths)) for row in (head, *rows)]
 
 
-def check_output(path: Path | None, suffixes: Sequence[str], field: str = "output") -> None:
-    """Check, before a long computation, that an output file, if any, has a suffix and can be written."""
+def check_output(path: Path | None, suffixes: Sequence[str] = ()) -> None:
+    """Check, before a long computation, that an output, if any, has a suffix and can be written.
+
+    Without suffixes it is a folder, which may be missing.
+    """
     if path is None:
         return
-    given = repr(str(path))
-    if suffix_of(path) not in suffixes:
-        raise InputError(field, f"a file that ends in {' or '.join(suffixes)}", given)
-    if not path.parent.is_dir():
-        raise InputError(field, "a file in an existing folder", given)
+    given, kind = repr(str(path)), "a file" if suffixes else "a folder"
+    if suffixes and suffix_of(path) not in suffixes:
+        raise InputError("output", f"a file that ends in {' or '.join(suffixes)}", given)
+    if suffixes and not path.parent.is_dir():
+        raise InputError("output", "a file in an existing folder", given)
     try:
-        check_writable(path)
+        check_writable(path if suffixes else path / ".part")
     except OSError as error:
-        raise InputError(field, f"a file that can be written ({error.strerror})", given) from None
-
-
-def check_folder(folder: Path) -> None:
-    """Check, before a long computation, that files can be written into a folder. It may be missing."""
-    try:
-        check_writable(folder / ".part")
-    except OSError as error:
-        expected = f"a folder that can be written ({error.strerror})"
-        raise InputError("output", expected, repr(str(folder))) from None
+        raise InputError("output", f"{kind} that can be written ({error.strerror})", given) from None

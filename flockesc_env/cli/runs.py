@@ -18,9 +18,8 @@ from flockesc_env.cli.flags import (
     optional,
     policy_of,
     several,
-    switch,
 )
-from flockesc_env.cli.output import Exit, check_output, conclude, note, show, show_json
+from flockesc_env.cli.output import Exit, check_output, conclude, note, show
 from flockesc_env.common.checks import as_seed
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
@@ -93,14 +92,11 @@ def simulate(
     trajectory = run_once(chosen, policy=found, seed=seed, predator_policy=hunter)
     outcome = _outcome(trajectory)
     document = {
-        "command": "simulate",
-        **described(chosen),
+        **described("simulate", chosen, output),
         "policy": policy,
         "predator": predator,
         "seed": trajectory.seed,
         **outcome,
-        "output": None if output is None else str(output),
-        "versions": records.versions(),
     }
     lines = [f"{chosen.num_agents} agents, {policy}, seed {trajectory.seed}"]
     for entry, value in outcome.items():
@@ -130,8 +126,6 @@ def replay(
         Positional[tuple[Path, ...]],
         several("recorded runs (.npz) that flockesc simulate --output wrote", "FILE .."),
     ],
-    *,
-    json: Json = False,
 ) -> Exit:
     """Run recorded runs again and compare every number with the record.
 
@@ -143,46 +137,26 @@ def replay(
     """
     if not files:
         raise InputError("files", "at least one file", "none")
-    reports = []
+    code = Exit.DONE
     for path in files:
-        report = _replayed(path)
-        reports.append(report)
-        if not json:
-            show(f"{path}: {report['outcome']}", *(f"  {line}" for line in report["differences"]))
-        if report["recorded_with"] not in (None, records.versions()):
-            before, now = (
-                ", ".join(f"{name} {version}" for name, version in versions.items())
-                for versions in (report["recorded_with"], records.versions())
-            )
-            note(f"{path}: recorded with {before}; now {now}")
-    if json:
-        show_json({"command": "replay", "files": reports, "versions": records.versions()})
-    outcomes = {report["outcome"] for report in reports}
-    if "refused" in outcomes:
-        return Exit.REFUSED
-    return Exit.FAILED if "differs" in outcomes else Exit.DONE
-
-
-def _replayed(path: Path) -> dict[str, Any]:
-    report: dict[str, Any] = {"file": str(path), "outcome": "refused", "differences": []}
-    report |= {"error": None, "recorded_with": None}
-    try:
-        record = records.load_run(path)
-        found = records.run_differences(record.trajectory, records.replay_run(record.trajectory))
-    except (FlockescError, OSError) as error:
-        reason = error.strerror if isinstance(error, OSError) else str(error).removeprefix(f"{path}: ")
-        note(f"error: {path}: {reason}")
-        return {**report, "error": reason}
-    outcome = "differs" if found else "matches"
-    return {**report, "outcome": outcome, "differences": found, "recorded_with": record.versions}
+        outcome, found = "matches", list[str]()
+        try:
+            run = records.load_run(path).trajectory
+            found = records.run_differences(run, records.replay_run(run))
+        except (FlockescError, OSError) as error:
+            reason = getattr(error, "strerror", None) or str(error).removeprefix(f"{path}: ")
+            note(f"error: {path}: {reason}")
+            outcome, code = "refused", Exit.REFUSED
+        if found:
+            outcome, code = "differs", max(code, Exit.FAILED)
+        show(f"{path}: {outcome}", *(f"  {line}" for line in found))
+    return code
 
 
 def presets(
     name: Annotated[
         Positional[str | None], *optional("preset to print as TOML", "list all", "[NAME]")
     ] = None,
-    *,
-    json: Json = False,
 ) -> Exit:
     """List the preset scenarios, or print one as a scenario file.
 
@@ -190,14 +164,7 @@ def presets(
 
     Example: flockesc presets pursuit > mine.toml
     """
-    if json:
-        entries = []
-        for known in PRESETS if name is None else (name,):
-            model, scenario = described(preset(known)).values()
-            description = PRESETS[known].description
-            entries.append({"name": known, "model": model, "description": description, "scenario": scenario})
-        show_json({"command": "presets", "presets": entries})
-    elif name is None:
+    if name is None:
         width = max(map(len, PRESETS))
         show(*(f"{known:<{width}}  {PRESETS[known].description}" for known in PRESETS))
     else:
@@ -226,7 +193,7 @@ def watch(
             "write a page to a temporary file, and open it",
         ),
     ] = None,
-    no_browser: Annotated[bool, switch("print the path of the page without opening a browser")] = False,
+    no_browser: Annotated[bool, arg(help="print the path of the page without opening a browser")] = False,
     progress: Progress = False,
 ) -> Exit:
     """Watch flocks in the browser: policies on one flock, or recorded runs.

@@ -1,6 +1,6 @@
 """The command scan: measures of a flock against fields of its scenario, or its range."""
 
-from pathlib import Path
+from functools import partial
 from typing import Annotated, Any
 
 import numpy as np
@@ -8,14 +8,12 @@ from tyro.conf import UseAppendAction, arg
 
 from flockesc_env.cli.flags import Json, Progress, ScenarioFlags, Seeds, Threads, described
 from flockesc_env.cli.output import Exit, check_output, conclude, note, table
-from flockesc_env.cli.sweep import Output
-from flockesc_env.common.array_files import PICTURES, TABLES, origin, write_result
+from flockesc_env.cli.sweep import Output, save
+from flockesc_env.common.array_files import PICTURES, TABLES
 from flockesc_env.common.checks import parse_number
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
-from flockesc_env.common.files import suffix_of
 from flockesc_env.common.progress import progress_bar
-from flockesc_env.models import records
 from flockesc_env.models.scan import NAMES, scan
 
 
@@ -70,20 +68,12 @@ def run(
         if notes := result.notes(name):
             note("runs are shorter than ten autocorrelation times:", *notes)
     document = {
-        "command": "scan",
-        **described(chosen),
+        **described("scan", chosen, output),
         "seeds": {"start": seeds.start, "stop": seeds.stop},
         **options,
         "measured": measured,
-        "output": output and str(output),
-        "versions": records.versions(),
     }
-
-    def save(path: Path) -> None:
-        found: Any = result.plot() if suffix_of(path) in PICTURES else result.table()
-        write_result(path, found, origin(result))
-
-    conclude(document if json else lines, output, save)
+    conclude(document if json else lines, output, partial(save, result, None))
     return Exit.DONE
 
 

@@ -1,8 +1,5 @@
 """The command sweep: a search over fixed ranges."""
 
-import os
-from collections.abc import Sequence
-from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,15 +10,15 @@ from tyro.conf import arg
 from flockesc_env.cli.flags import BACKEND, Json, Progress, ScenarioFlags, Seeds, Threads, described, optional
 from flockesc_env.cli.output import Exit, check_output, conclude, note, table
 from flockesc_env.common.array_files import PICTURES, TABLES, origin, write_result
-from flockesc_env.common.checks import FloatArray, as_choice, as_count, as_floats, as_seed, as_threads
+from flockesc_env.common.checks import FloatArray, as_choice, as_floats, as_seeds
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import MissingExtraError, require
 from flockesc_env.common.files import suffix_of
 from flockesc_env.common.progress import progress_bar
-from flockesc_env.jobs import Arrays, Cache, find_backend
+from flockesc_env.jobs import Cache, find_backend
 from flockesc_env.jobs import run as run_all
-from flockesc_env.jobs.sweeps import OUTCOMES, joined, outcomes_of, seed_jobs
-from flockesc_env.models import records
+from flockesc_env.jobs.sweeps import OUTCOMES, joined, seed_jobs
+from flockesc_env.models.scan import ScanResult
 from flockesc_env.models.sweep import RESULTS, SweepResult, sweep
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
@@ -52,12 +49,9 @@ def run(
     max_range: Annotated[
         float | None,
         *optional(
-            "largest range of the grid, which begins at 0, in m for a flock",
+            f"largest of {GRID_SIZE} ranges, which begin at 0, in m for a flock",
             f"{EnvOptions.max_range:g}, for a line {LineOptions.max_range:g}",
         ),
-    ] = None,
-    grid_size: Annotated[
-        int | None, *optional("number of ranges in the grid, including both ends", str(GRID_SIZE))
     ] = None,
     seeds: Annotated[
         Seeds, arg(help="seeds of the initial states, STOP excluded; the same for every range")
@@ -83,7 +77,7 @@ def run(
 
     Prints mean objectives and the best range, with 95 % intervals (t, bootstrap).
 
-    All ranges start from the same states. Ctrl-C reports the finished seeds.
+    All ranges start from the same states. With --backend, Ctrl-C keeps finished jobs.
 
     Example: flockesc sweep --max-range 50 --seeds 0:100 --output sweep.parquet
     """
@@ -93,119 +87,68 @@ def run(
         require("analysis", ["matplotlib", "scipy"] if is_picture else ["polars"])
     chosen = scenario.build()
     known = chosen.objectives
-    objective_ = as_choice(next(iter(known)) if objective is None else objective, "objective", known)
-    spec = known[objective_]
+    spec = known[as_choice(next(iter(known)) if objective is None else objective, "objective", known)]
     if is_picture and not spec.is_defined_in(chosen):
-        expected = f"a .parquet or .csv file for {objective_} without {spec.requires}"
+        expected = f"a .parquet or .csv file for {spec.name} without {spec.requires}"
         raise InputError("output", expected, repr(str(output)))
-    ranges = _ranges(chosen, interaction_ranges, max_range, grid_size)
-    if not 0 < seeds.stop - seeds.start < 2**63:
-        raise InputError(
-            "seeds", "N >= 1, or START:STOP with START below STOP", f"{seeds.start}:{seeds.stop}"
-        )
-    for seed in (seeds.start, seeds.stop - 1):
-        as_seed(seed, "seeds")
-    threads = as_threads(num_threads)
+    ranges = _ranges(chosen, interaction_ranges, max_range)
     if backend is None:
-        parts = _in_chunks(chosen, ranges, seeds, threads, progress)
-    elif threads is None:
+        with progress_bar("Sweep", ranges.size * len(seeds), always=progress) as bar:
+            result = sweep(chosen, ranges, seeds, num_threads=num_threads, progress=bar)
+    elif num_threads is None:
+        numbers = np.array(as_seeds(seeds), np.uint64)
         jobs = seed_jobs(OUTCOMES, chosen, tuple(ranges.tolist()), seeds)
         parts = run_all(jobs, Cache(cache), find_backend(backend), title="Sweep", progress=progress)
+        result = RESULTS[chosen.model](chosen, ranges, numbers, **joined(parts))
     else:
-        raise InputError("num_threads", "no number with --backend, whose jobs take one thread", threads)
-    finished = sum(part["num_components"].shape[1] for part in parts)
-    is_interrupted = finished < len(seeds)
-    if is_interrupted:
-        note(f"interrupted after {finished} of {len(seeds)} seeds; intervals are omitted")
-    if not parts:
-        return Exit.INTERRUPTED
-    result = RESULTS[chosen.model](chosen, ranges, np.array(seeds[:finished], np.uint64), **joined(parts))
-    means, best = None, None
-    if not is_interrupted:
-        try:
-            means, best = _intervals(result, objective_)
-        except KeyboardInterrupt:
-            note("interrupted; intervals are omitted")
-            is_interrupted = True
+        raise InputError("num_threads", "no number with --backend, whose jobs take one thread", num_threads)
     document = {
-        "command": "sweep",
-        **described(chosen),
-        "seeds": {"start": seeds.start, "stop": seeds.start + finished},
-        "interrupted": is_interrupted,
-        "objective": objective_,
-        **_outcome(result, objective_, means, best),
-        "output": output and str(output),
-        "versions": records.versions(),
+        **described("sweep", chosen, output),
+        "seeds": {"start": seeds.start, "stop": seeds.stop},
+        "objective": spec.name,
+        **_outcome(result, spec.name),
     }
     lines = _table(document, spec, chosen.range_unit)
-
-    def save(path: Path) -> None:
-        write_result(path, result.plot(objective_) if is_picture else result.table(), origin(result))
-
-    conclude(document if json else lines, output, save)
-    return Exit.INTERRUPTED if is_interrupted else Exit.DONE
+    conclude(document if json else lines, output, partial(save, result, spec.name))
+    return Exit.DONE
 
 
-def _ranges(
-    scenario: Scenario, given: tuple[float, ...] | None, max_range: float | None, grid_size: int | None
-) -> FloatArray:
+def save(result: SweepResult | ScanResult, quantity: str | None, path: Path) -> None:
+    """Write the table of a result or, to a file of a picture, the curve of an objective or a measure."""
+    found = result.plot(quantity) if suffix_of(path) in PICTURES else result.table()
+    write_result(path, found, origin(result))
+
+
+def _ranges(scenario: Scenario, given: tuple[float, ...] | None, max_range: float | None) -> FloatArray:
     if given is not None:
-        if max_range is not None or grid_size is not None:
-            raise InputError("interaction_ranges", "either ranges or a grid (max_range, grid_size)", "both")
-        if not given:
-            raise InputError("interaction_ranges", "at least one range", "none")
+        if max_range is not None:
+            raise InputError("interaction_ranges", "either ranges or a grid (max_range)", "both")
         return as_floats(given, "interaction_ranges")
     if max_range is None:
         max_range = (EnvOptions if isinstance(scenario, FlockScenario) else LineOptions).max_range
-    largest = float(as_floats(max_range, "max_range", (), least=0.0))
-    return np.linspace(0.0, largest, as_count(GRID_SIZE if grid_size is None else grid_size, "grid_size"))
+    return np.linspace(0.0, float(as_floats(max_range, "max_range", (), least=0.0)), GRID_SIZE)
 
 
-def _in_chunks(
-    scenario: Scenario, ranges: FloatArray, seeds: range, threads: int | None, always: bool
-) -> list[Arrays]:
-    """Run the sweep in chunks of seeds; on Ctrl-C return the results of the finished chunks."""
-    parts: list[Arrays] = []
-    size = -(-16 * (threads or os.cpu_count() or 1) // ranges.size)  # at least 16 runs per thread
-    with (
-        suppress(KeyboardInterrupt),
-        progress_bar("Sweep", ranges.size * len(seeds), always=always) as report,
-    ):
-        for start in range(0, len(seeds), size):
-            runs = partial(lambda before, done, total: report(before + done, total), start * ranges.size)
-            part = sweep(scenario, ranges, seeds[start : start + size], num_threads=threads, progress=runs)
-            parts.append(outcomes_of(part))
-    return parts
-
-
-def _intervals(
-    result: SweepResult, objective: str
-) -> tuple[Sequence[FloatArray] | None, Sequence[float] | None]:
-    """Return the ends of the intervals of the means and of the best range."""
-    if len(result.seeds) < 2 or not np.isfinite(result.values(objective)).all():
-        return None, None
-    try:
-        means, best = result.mean_with_interval(objective), result.best_range_with_interval(objective)
-    except MissingExtraError as error:
-        note(f"intervals are omitted: {error}")
-        return None, None
-    for word, end, last in (("longer", best[2], max), ("shorter", best[1], min)):
+def _outcome(result: SweepResult, objective: str) -> dict[str, Any]:
+    """Return the rows of the table and the best range, with intervals where they are defined."""
+    values, best = result.values(objective), list[float]()
+    low, high = np.full((2, len(values)), np.nan)
+    is_finite = bool(np.isfinite(values).all())
+    if is_finite and len(result.seeds) > 1:
+        try:
+            _, low, high = result.mean_with_interval(objective)
+            _, *best = result.best_range_with_interval(objective)
+        except MissingExtraError as error:
+            note(f"intervals are omitted: {error}")
+    for word, end, last in zip(("shorter", "longer"), best, (min, max), strict=False):
         if end == last(result.interaction_ranges) > 0:
             note(f"{word} ranges may be better: the best range's interval ends with the grid, at {end:.4g}")
-    return means[1:], best[1:]
-
-
-def _outcome(
-    result: SweepResult, objective: str, means: Sequence[FloatArray] | None, best: Sequence[float] | None
-) -> dict[str, Any]:
-    values = result.values(objective)
-    low, high = np.full((2, len(values)), np.nan) if means is None else means
     names = ("interaction_range", "mean", "low", "high", "num_components")
     columns = (result.interaction_ranges, values.mean(axis=1), low, high, result.num_components.mean(axis=1))
     return {
         "ranges": [dict(zip(names, row, strict=True)) for row in np.transpose(columns).tolist()],
-        "best_range": result.best_range(objective) if np.isfinite(values).all() else None,
-        "best_range_interval": best,
+        "best_range": result.best_range(objective) if is_finite else None,
+        "best_range_interval": best or None,
         "hindsight_oracle": float(result.hindsight_oracle(objective).mean()),
     }
 

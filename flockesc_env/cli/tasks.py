@@ -11,78 +11,32 @@ from typing import Annotated, Any
 import msgspec
 from tyro.conf import Positional, arg
 
-from flockesc_env.cli.flags import (
-    EXPECTED,
-    Json,
-    Threads,
-    described,
-    optional,
-    policy_of,
-    scenario_named,
-    several,
-)
-from flockesc_env.cli.output import Exit, check_folder, check_output, conclude, note, show, show_json, table
+from flockesc_env.cli.flags import EXPECTED, Json, Threads, optional, policy_of, scenario_named, several
+from flockesc_env.cli.output import Exit, check_output, conclude, note, show
 from flockesc_env.common.errors import FlockescError, InputError
 from flockesc_env.common.extras import require
-from flockesc_env.policies.base import Side
 from flockesc_env.policies.compare import compare as compare_in
-from flockesc_env.policies.registry import as_predator_policy, load_policy
 from flockesc_env.policies.setup import refuse
-from flockesc_env.scenario.options import to_plain
 from flockesc_env.scenario.presets import PRESETS
 from flockesc_env.taskset.results import SUFFIX, UNVERIFIED, Result, Training, check_learner, write_result
 from flockesc_env.taskset.scoring import LoadedPolicy, draw_flocks
 from flockesc_env.taskset.scoring import score as play_all
 from flockesc_env.taskset.scoring import verify as play_again
-from flockesc_env.taskset.task import FLOCKS, VERSION, tasks
+from flockesc_env.taskset.task import FLOCKS, tasks
 
 _TRAINING = "TOML file: seeds, samples, cpu_minutes, [versions], [hyperparameters]"
 
 
-def run(*, json: Json = False) -> Exit:
-    """List the tasks and what normalizes their scores.
+def run(
+    name: Annotated[Positional[str | None], *optional("task to explain", "list all", "[NAME]")] = None,
+) -> Exit:
+    """List the tasks, or explain one: what policies see and set, and what normalizes their scores.
 
     docs/environments.md describes the tasks, docs/scoreboard.md their results.
 
-    Example: flockesc tasks
+    Example: flockesc tasks per-agent-visible
     """
-    if json:
-        plain = {
-            name: {
-                "asks": task.asks,
-                "per_agent": task.per_agent,
-                "objective": task.spec.name,
-                "samples": task.samples,
-                "options": to_plain(task.options),
-                "scenario": described(task.scenario)["scenario"],
-                "scales": msgspec.to_builtins(task.scales),
-                "sha256": task.sha256,
-            }
-            for name, task in tasks.items()
-        }
-        show_json({"command": "tasks", "version": VERSION, "tasks": plain})
-        return Exit.DONE
-    head = ["task", "range per", "J", "samples", "scored in", "score 0", "score 1", "reference", "rule"]
-    rows = [
-        [
-            task.name,
-            task.actor,
-            task.spec.symbol,
-            f"{task.samples:,}",
-            name,
-            task.spec.text(scale.zero),
-            task.spec.text(scale.one),
-            scale.reference,
-            task.rule,
-        ]
-        for task in tasks.values()
-        for name, scale in task.scales.items()
-    ]
-    show(*table(head, rows), "")
-    show(
-        f"Policies are scored on {len(FLOCKS):,} held-out flocks, from seed {FLOCKS.start:,} on.",
-        "Score 0: the best fixed range. Score 1: the reference.",
-    )
+    show(*str(tasks if name is None else tasks[name]).split("\n"))
     return Exit.DONE
 
 
@@ -99,12 +53,6 @@ def compare(
     ] = None,
     flocks: Annotated[int, arg(help="number of held-out flocks, or lines")] = 200,
     objective: Annotated[str | None, *optional("objective, without --task", "that of the policy")] = None,
-    side: Annotated[
-        Side, arg(help="whose policies; predator: the smaller the objective, the better")
-    ] = "flock",
-    flock_policy: Annotated[
-        str | None, *optional("policy that predators hunt", "that of their training, or fixed:10")
-    ] = None,
     output: Annotated[
         Path | None, *optional("folder for table and objectives", "print the table only")
     ] = None,
@@ -115,37 +63,21 @@ def compare(
 
     A task says what a policy may see, and has a rule.
 
-    With --side predator, policies of predators hunt a flock, as for --predator.
-
     --output writes table.md and episodes.parquet.
 
     Example: flockesc compare stubborn-leaders --scenario pursuit
     """
     require("analysis", ["polars", "scipy"])
-    if task is not None and objective is not None:
-        raise InputError("objective", f"none beside --task, which has {tasks[task].spec.name}", objective)
     chosen = None if task is None else tasks[task]
-    if output is not None:
-        check_folder(output)
-    hunts = side == "predator"
+    check_output(output)
+    entries = [policy_of(spec, task=chosen) for spec in policies]
     if chosen is not None:
-        refuse({"side": side if hunts else None, "flock_policy": flock_policy}, "none beside --task")
-    read: Any = as_predator_policy if hunts else load_policy
-    entries = [policy_of(spec, task=chosen, read=read) for spec in policies]
-    if chosen is not None:
+        refuse({"objective": objective}, f"none beside --task {task}")
         found = chosen.compare(*entries, scenario=scenario, num_flocks=flocks, num_threads=num_threads)
     else:
         model = scenario if scenario is None or scenario in PRESETS else scenario_named(scenario)
-        found = compare_in(
-            model,
-            *entries,
-            num_flocks=flocks,
-            num_tuning=flocks,
-            objective=objective,
-            num_threads=num_threads,
-            side=side,
-            flock_policy=None if flock_policy is None else policy_of(flock_policy),
-        )
+        few: Any = {"num_flocks": flocks, "num_tuning": flocks}
+        found = compare_in(model, *entries, objective=objective, num_threads=num_threads, **few)
     document = {
         "command": "compare",
         "task": found.task,
@@ -169,23 +101,19 @@ def score(
     training: Annotated[
         Path | None, *optional(f"how the learner was trained: {_TRAINING}", "nothing is said")
     ] = None,
-    flocks: Annotated[int | None, *optional("play the first flocks only: a draft, no result", "all")] = None,
     output: Annotated[Path | None, *optional("write the result (.json)", "print it only")] = None,
-    json: Json = False,
 ) -> Exit:
     """Play policies on the held-out flocks of a task and print their score.
 
     A learner is all its training seeds, not the best one: give all of its files.
 
-    With --flocks, the score is a draft: that of all flocks differs.
+    flockesc compare --flocks N --task TASK plays few flocks, for a draft.
 
     Example: flockesc score ppo-0.npz ppo-1.npz --task per-agent-local
     """
     if not policies:
         raise InputError("policies", "at least one policy", "none")
     check_output(output, [SUFFIX])
-    if flocks is not None and output is not None:
-        raise InputError("output", "none with --flocks, because a result needs all flocks", repr(str(output)))
     chosen = tasks[task]
     found = [LoadedPolicy.of(spec, lambda code: policy_of(code, task=chosen)) for spec in policies]
     name = learner or found[0].policy.name
@@ -203,11 +131,8 @@ def score(
         output=output,
         training=facts,
         report=lambda spec: note(f"playing {spec}"),
-        num_flocks=flocks,
     )
-    document = {"command": "score", **msgspec.to_builtins(result), "scores": result.scores().tolist()}
-    lines = _lines(result, FLOCKS[: result.flocks[1]])
-    conclude(document if json else lines, output, partial(write_result, result))
+    conclude(_lines(result, FLOCKS), output, partial(write_result, result))
     return Exit.DONE
 
 
@@ -216,7 +141,6 @@ def verify(
     *,
     flocks: Annotated[int | None, *optional("play some flocks only, drawn at random", "all")] = None,
     draw: Annotated[int | None, *optional("seed of a draw, which repeats it", "a new one")] = None,
-    json: Json = False,
 ) -> Exit:
     """Play results again and refuse them unless every objective has the same bits.
 
@@ -239,10 +163,8 @@ def verify(
         draw = secrets.randbits(32) if draw is None else draw
         played = draw_flocks(flocks, draw)
         note(f"playing {len(played):,} of {len(FLOCKS):,} flocks, which --draw {draw} repeats")
-    code, reports = Exit.DONE, []
+    code = Exit.DONE
     for path in files:
-        report: dict[str, Any] = {"file": str(path), "outcome": "refused", "error": None}
-        reports.append(report)
         try:
             result = play_again(path, flocks=played)
         except (FlockescError, OSError) as error:
@@ -250,32 +172,24 @@ def verify(
             if isinstance(error, OSError):
                 reason = f"{error.filename}: {error.strerror} (flockesc score --output {path} writes one)"
             note(f"refused: {reason}")
-            code, report["error"] = Exit.REFUSED, reason
+            code = Exit.REFUSED
             continue
-        report |= {"outcome": "verified", "task": result.task, "learner": result.learner}
-        if flocks is None:
-            report["scores"] = result.scores().tolist()
-        if not json:
-            facts = _lines(result, played)
-            head = f"{path}: verified: {len(played):,} of {len(FLOCKS):,} flocks"
-            show(f"{head}, {len(result.policies)} policies; not verified: {UNVERIFIED}", *facts)
-    if json:
-        show_json({"command": "verify", "flocks": played, "files": reports, "unverified": UNVERIFIED})
+        head = f"{path}: verified: {len(played):,} of {len(FLOCKS):,} flocks"
+        facts = f"{head}, {len(result.policies)} policies; not verified: {UNVERIFIED}"
+        show(facts, *_lines(result, played))
     return code
 
 
 def _lines(result: Result, flocks: Sequence[int]) -> list[str]:
     """Return the mean objective of flocks in every scenario; if they are all, also the score."""
     task, scores, at = tasks[result.task], result.scores(), [seed - FLOCKS.start for seed in flocks]
-    is_whole, is_draft = len(flocks) == len(FLOCKS), result.flocks[1] < len(FLOCKS)
-    lines = [f"{task.name}, {result.learner}: means of these flocks"]
-    if is_draft:
-        count = f"{len(flocks):,} of {len(FLOCKS):,} flocks"
-        lines = [f"{task.name}, {result.learner}: draft score {scores.mean():.3f} on {count}, no result"]
-    elif is_whole:
+    is_whole = len(flocks) == len(FLOCKS)
+    facts = "means of these flocks"
+    if is_whole:
         spread = f" (training seeds: {scores.min():.3f} to {scores.max():.3f})" if len(scores) > 1 else ""
         marks = "; played by its author's code" if result.is_code else ""
-        lines = [f"{task.name}, {result.learner}: score {scores.mean():.3f}{spread}{marks}"]
+        facts = f"score {scores.mean():.3f}{spread}{marks}"
+    lines = [f"{task.name}, {result.learner}: {facts}"]
     for name, scale in task.scales.items():
         reached = result.values(name)[:, at].mean()
         gain = f", {task.spec.text(reached - scale.zero, '+')} over the best fixed range,"

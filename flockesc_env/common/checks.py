@@ -30,7 +30,6 @@ _BYTES_PER_SEED = 200
 IN_JOB = ContextVar("in_job", default=False)
 """Jobs use one thread and show no progress bars: many run side by side."""
 
-_T = TypeVar("_T")
 _Number = TypeVar("_Number", int, float)
 
 
@@ -135,16 +134,12 @@ def as_threads(value: Any) -> int | None:
 
 def as_bytes(value: Any, field: str) -> bytes:
     """Return bytes, a bytearray or a memoryview as new bytes."""
-    if not isinstance(value, bytes | bytearray | memoryview):
-        raise InputError(field, "bytes", shown(value))
-    return bytes(value)
+    return bytes(as_instance(value, field, bytes | bytearray | memoryview, "bytes"))
 
 
 def as_flag(value: Any, field: str) -> bool:
     """Return a bool."""
-    if not isinstance(value, bool | np.bool):
-        raise InputError(field, "True or False", shown(value))
-    return bool(value)
+    return bool(as_instance(value, field, bool | np.bool, "True or False"))
 
 
 def as_choice(value: Any, field: str, known: Iterable[str]) -> Any:
@@ -162,9 +157,8 @@ def as_name(value: Any, field: str, known: Collection[str]) -> Any:
 
 def as_text(value: Any, field: str) -> str:
     """Return a str."""
-    if not isinstance(value, str):
-        raise InputError(field, "a string", shown(value))
-    return value
+    text: str = as_instance(value, field, str, "a string")
+    return text
 
 
 def as_path(value: Any, field: str = "path") -> Path:
@@ -175,10 +169,10 @@ def as_path(value: Any, field: str = "path") -> Path:
     return Path(value)
 
 
-def as_instance(value: Any, field: str, kind: type[_T]) -> _T:
-    """Return an instance of ``kind``."""
+def as_instance(value: Any, field: str, kind: Any, expected: str = "") -> Any:
+    """Return an instance of ``kind``, a class or a union, which ``expected`` describes in errors."""
     if not isinstance(value, kind):
-        raise InputError(field, f"a {kind.__name__}", shown(value))
+        raise InputError(field, expected or f"a {kind.__name__}", shown(value))
     return value
 
 
@@ -192,11 +186,10 @@ def as_callback(value: Any) -> Callable[..., Any] | None:
 
 def as_mapping(value: Any) -> Mapping[str, Any]:
     """Return ``options``, a mapping; ``None`` becomes an empty one."""
-    if value is None:
-        return {}
-    if not isinstance(value, Mapping):
-        raise InputError("options", "a dict or None", shown(value))
-    return value
+    options: Mapping[str, Any] = as_instance(
+        {} if value is None else value, "options", Mapping, "a dict or None"
+    )
+    return options
 
 
 def as_options(value: Any, known: Collection[str]) -> Mapping[str, Any]:
@@ -229,17 +222,25 @@ def _has_mask(value: Any, depth: int) -> bool:
     return depth > 0 and any(_has_mask(entry, depth - 1) for entry in value)
 
 
+def as_numbers(
+    value: Any, field: str, shape: tuple[int, ...] | None = None, *, is_index: bool = False
+) -> FloatArray:
+    """Return numbers, or integers, as a new contiguous array of float64; ``shape=None`` accepts any shape."""
+    array = as_array(value, field)
+    kinds, expected = ("iu", "integers") if is_index else ("fiu", "real numbers")
+    if array.dtype.kind not in kinds:
+        raise InputError(field, expected, f"dtype {array.dtype}")
+    if shape is not None and array.shape != shape:
+        raise InputError(field, f"shape {shape}", f"shape {array.shape}")
+    with np.errstate(over="ignore", invalid="ignore"):  # wider floats may overflow to infinity
+        return np.array(array, dtype=np.float64, order="C")
+
+
 def as_floats(
     value: Any, field: str, shape: tuple[int, ...] | None = None, *, least: float = -np.inf
 ) -> FloatArray:
-    """Return a new contiguous array of finite float64 >= ``least``; ``shape=None`` accepts any shape."""
-    array = as_array(value, field)
-    if array.dtype.kind not in "fiu":
-        raise InputError(field, "real numbers", f"dtype {array.dtype}")
-    if shape is not None and array.shape != shape:
-        raise InputError(field, f"shape {shape}", f"shape {array.shape}")
-    with np.errstate(over="ignore", invalid="ignore"):  # wider floats may overflow; checked below
-        floats = np.array(array, dtype=np.float64, order="C")
+    """Return ``as_numbers``, all finite and >= ``least``."""
+    floats = as_numbers(value, field, shape)
     for is_invalid, expected in (
         (~np.isfinite(floats), "a finite number"),
         (floats < least, f"a number of at least {least:g}"),

@@ -4,27 +4,22 @@ import errno
 import hashlib
 import os
 import secrets
-import shutil
 import stat
 from collections.abc import Generator, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from tempfile import gettempdir
 from typing import BinaryIO
 
 _SEAL_BYTES = hashlib.sha256().digest_size
-_IRREPLACEABLE = {errno.EACCES, errno.EBUSY, errno.EPERM, errno.EROFS, errno.EXDEV}
-"""Errors of a file that can be written and not replaced: a mounted file, or one in a folder of others."""
 
 
 @contextmanager
 def atomic_write(path: Path, *, durable: bool = True) -> Iterator[BinaryIO]:
     """Open a temporary file that replaces ``path`` when the block ends without an error.
 
-    A file that is replaced keeps its mode, and a symbolic link stays a link. A file that cannot be replaced,
-    such as a mounted one, is overwritten at the end. A device or a pipe is written directly. Other programs
-    can write to ``name`` of the yielded file. With ``durable`` the call waits for the disk, so that a power
-    failure leaves the older file or the new one.
+    A file that is replaced keeps its mode, and a symbolic link stays a link. A device or a pipe is written
+    directly. Other programs can write to ``name`` of the yielded file. With ``durable`` the call waits for
+    the disk, so that a power failure leaves the older file or the new one.
 
     Raises:
         OSError: if the file cannot be written; ``filename`` is ``path``.
@@ -105,30 +100,16 @@ def _writing(path: Path, durable: bool) -> Generator[BinaryIO, None, None]:
                 with path.open("wb") as file:
                     yield file
                 return
-            path.open("ab").close()  # it may have to be written in place
+            path.open("ab").close()  # a file that is read-only stays
         target = path.resolve()
         unfinished = target.with_name(f".{secrets.token_hex(8)}.part")
-        try:
-            file = unfinished.open("xb")
-        except OSError as error:
-            if mode is None or error.errno not in _IRREPLACEABLE:
-                raise
-            unfinished = Path(gettempdir(), unfinished.name)
-            file = unfinished.open("xb")
-        with file:
+        with unfinished.open("xb") as file:
             if mode is not None:
                 with suppress(OSError):  # some file systems have no modes
                     unfinished.chmod(stat.S_IMODE(mode))
             yield file
             _flush(file, durable)
-        try:
-            unfinished.replace(target)
-        except OSError as error:
-            if mode is None or error.errno not in _IRREPLACEABLE:
-                raise
-            with unfinished.open("rb") as source, target.open("wb") as file:
-                shutil.copyfileobj(source, file)
-                _flush(file, durable)
+        unfinished.replace(target)
         if durable:
             _sync_folder(target.parent)
     except OSError as error:

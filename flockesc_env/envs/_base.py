@@ -5,7 +5,6 @@ can be copied (``copy.deepcopy``) and pickled at any time.
 """
 
 import inspect
-import sys
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy, deepcopy
@@ -158,36 +157,6 @@ for _name in EnvOptionsDict.__annotations__:  # those of a line are among them
     setattr(Viewed, _name, read_only(_name, f"options.{_name}"))
 
 
-class _Spec(EnvSpec):
-    """A specification whose ``max_episode_steps`` is the number of actions of its environment.
-
-    ``make(env.spec, scenario=..)`` would pass this number to ``TimeLimit`` and cut the episodes of a longer
-    scenario. The environment ends its own episodes, so ``make`` and ``to_json`` read only a given limit.
-    """
-
-    _num_actions: int | None = None
-
-    @classmethod
-    def of(cls, spec: EnvSpec, num_actions: int) -> EnvSpec:
-        """Return a copy with the number of actions; a registered limit is set to it as well."""
-        made: Any = copy(spec)
-        made.__class__, made._num_actions = cls, num_actions
-        if vars(made)["max_episode_steps"] is not None:
-            made.max_episode_steps = num_actions
-        return cast("EnvSpec", made)
-
-    @property
-    def max_episode_steps(self) -> int | None:
-        given: int | None = vars(self)["max_episode_steps"]
-        reader = sys._getframe(1).f_globals["__name__"]
-        is_made = reader in {"gymnasium.envs.registration", "dataclasses"}
-        return given if is_made or given is not None else self._num_actions
-
-    @max_episode_steps.setter
-    def max_episode_steps(self, limit: int | None) -> None:  # of `TimeLimit`
-        vars(self)["max_episode_steps"] = limit
-
-
 class Registered(Viewed):
     """Base class of environments that ``gymnasium.make`` or ``make_vec`` creates."""
 
@@ -200,7 +169,9 @@ class Registered(Viewed):
 
     @spec.setter
     def spec(self, spec: EnvSpec | None) -> None:
-        self._spec = spec if spec is None else _Spec.of(spec, self._num_actions())
+        self._spec = copy(spec)  # registered ones are shared
+        if self._spec is not None:
+            self._spec.max_episode_steps = self._num_actions()
 
 
 class FlockEnvironment(Viewed):

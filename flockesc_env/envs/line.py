@@ -122,6 +122,6 @@ class LineEscapeEnv(Registered, gymnasium.Env[NDArray[np.float32], Any]):
     def _show(self, episode: _core.LineEpisode) -> None:
         if self._viewer is not None:
             (last,) = self._viewer.frames
-            before = last.history if last is not None and episode.steps else []
-            present = (episode.steps, episode.states, episode.interaction_range)
+            before = last.history if last is not None and episode.get("steps") else []
+            present = (episode.get("steps"), episode.get("states"), episode.get("interaction_range"))
             self._viewer.update([LineFrame(self.scenario, [*before, present], self.options.max_range)])

@@ -141,7 +141,7 @@ class FlockParallelEnv(OneFlock[dict[str, Observation]], ParallelEnv[str, Observ
         if not isinstance(actions, Mapping):
             raise InputError("actions", "a dict with an action per agent", shown(actions))
         if list(actions) != self.agents:
-            check_agents(actions, self.agents, self.possible_agents)
+            check_agents(actions, self.agents)
             actions = {agent: actions[agent] for agent in self.agents}
         names, acting, given, count = self.agents, ~self._caught, [*actions.values()], len(self._predators)
         agents, false = names[: len(names) - count], self._false

@@ -251,8 +251,7 @@ class PredatorBatch(FlockBatch):
         *,
         at_end: AtEnd = "refuse",
         out: tuple[Observations, FloatArray] | None = None,
-        predator_actions: FloatArray | None = None,  # noqa: ARG002
-        are_ranges: bool = False,  # noqa: ARG002
+        **__: Any,
     ) -> Step:
         """Apply one action of every predator as ``FlockBatch.step``; the returned ranges are not set."""
         ended, slots = self.core.ended(), range(self.num_flocks)

@@ -61,17 +61,17 @@ class LineView:
     @property
     def step(self) -> int:
         """Number of steps of the model since the start of the episode."""
-        return self._episode.steps
+        return int(self._episode.get("steps"))
 
     @property
     def states(self) -> FloatArray:
         """States x of the agents, shape (n,), read-only."""
-        return _frozen(self._episode.states)
+        return _frozen(self._episode.get("states"))
 
     @property
     def interaction_range(self) -> float:
         """Range of the last action; 0 after ``reset``."""
-        return self._episode.interaction_range
+        return float(self._episode.get("interaction_range"))
 
 
 def _frozen(array: NDArray[Any]) -> NDArray[Any]:

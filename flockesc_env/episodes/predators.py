@@ -8,9 +8,9 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from flockesc_env import _core
-from flockesc_env.common.checks import FloatArray
+from flockesc_env.common.checks import FloatArray, as_numbers
 from flockesc_env.common.errors import InputError
-from flockesc_env.episodes.spaces import ObservationLayout, plain_array
+from flockesc_env.episodes.spaces import ObservationLayout
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.options import EnvOptions
 
@@ -64,7 +64,7 @@ class PredatorPolicySpec:
         are ``ignored`` are not checked and become 0.
         """
         shape = (self.dimension,) if count is None else (count, self.dimension)
-        plain = plain_array(actions, shape, name).reshape(-1, self.dimension)
+        plain = as_numbers(actions, name, shape).reshape(-1, self.dimension)
         clipped = _core.clipped(plain)  # misses by rounding in float32; NaN farther outside
         if ignored is not None:
             clipped[ignored] = 0

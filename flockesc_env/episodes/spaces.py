@@ -9,33 +9,21 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from flockesc_env.common.checks import FloatArray, as_array
+from flockesc_env.common.checks import FloatArray, as_numbers
 from flockesc_env.common.errors import InputError
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.options import ActionOptions, EnvOptions, LineOptions
 
 
-def plain_array(value: Any, shape: tuple[int, ...], name: str, *, is_index: bool = False) -> FloatArray:
-    """Return actions of a shape, numbers or indices, as a new contiguous array."""
-    array = as_array(value, name)
-    kinds, expected = ("iu", "integers") if is_index else ("fiu", "real numbers")
-    if array.dtype.kind not in kinds:
-        raise InputError(name, expected, f"dtype {array.dtype}")
-    if array.shape != shape:
-        raise InputError(name, f"shape {shape}", f"shape {array.shape}")
-    with np.errstate(over="ignore"):  # overflow gives infinity, which is out of bounds
-        return np.array(array, np.float64, order="C")
-
-
-def check_agents(actions: Collection[Any], agents: Collection[str], known: Collection[str]) -> None:
+def check_agents(actions: Collection[Any], agents: Collection[str]) -> None:
     """Check that exactly ``agents`` have actions."""
-    acting, named = set(agents), set(known)
+    acting = set(agents)
     for agent in actions:
-        if agent not in named:
-            raise InputError(f"action of {agent!r}", "an agent of this flock", "an unknown agent")
         if agent not in acting:
-            raise InputError(f"action of {agent!r}", "no action, because it was caught", "an action")
+            raise InputError(
+                f"action of {agent!r}", "an agent in env.agents", "one that is unknown or caught"
+            )
     for agent in agents:
         if agent not in actions:
             raise InputError(f"action of {agent!r}", "an action", "none")
@@ -102,7 +90,7 @@ class RangeActions:
     def _of_array(self, actions: Any, shape: tuple[int, ...], name: str) -> FloatArray:
         is_index = self.grid is not None
         shape = shape if is_index else (*shape, 1)
-        return self.core.of_array(plain_array(actions, shape, name, is_index=is_index))
+        return self.core.of_array(as_numbers(actions, name, shape, is_index=is_index))
 
     def _outside(self, action: Any, name: str) -> InputError:
         """Return the error for an action outside the action space."""
@@ -203,7 +191,7 @@ class PolicySpec:
     @property
     def profile_ranges(self) -> tuple[float, ...]:
         """Candidate ranges of the observation; empty without a profile."""
-        return self.options.candidates
+        return tuple(self.options.profile_ranges or ())
 
     @property
     def candidate_ranges(self) -> FloatArray:
@@ -220,5 +208,5 @@ def policy_spec(
     scenario: FlockScenario | LineScenario, options: EnvOptions | LineOptions, *, per_agent: bool = False
 ) -> PolicySpec:
     """Return the policy spec of an environment with this scenario and these options."""
-    layout = ObservationLayout.of(scenario.observation_entries(options, per_agent=per_agent))
+    layout = ObservationLayout.of(options.entries(scenario, per_agent=per_agent))
     return PolicySpec(RangeActions(options), layout, scenario, options, per_agent, scenario.num_steps)

@@ -49,13 +49,7 @@ def as_scenarios(given: Scenarios | None) -> FlockScenario | list[FlockScenario]
         return as_scenario(given, FlockScenario)
     if not given:
         raise InputError("scenario", "one scenario per flock", "an empty list")
-    scenarios = []
-    for flock, one in enumerate(given):
-        try:
-            scenarios.append(as_scenario(one, FlockScenario))
-        except InputError as error:
-            raise InputError(f"scenario[{flock}]", error.expected, error.given) from None
-    return scenarios
+    return [as_scenario(one, FlockScenario, f"scenario[{flock}]") for flock, one in enumerate(given)]
 
 
 def distinct_scenarios(
@@ -68,20 +62,14 @@ def distinct_scenarios(
         raise InputError("scenario", f"a list of {num_flocks}, one scenario per flock", len(given))
     for flock, scenario in enumerate(given):
         # These give observations and actions their meaning. The core compares fields that determine shapes.
-        for name, expected, value in (
-            ("initial_side", given[0].initial_side, scenario.initial_side),
-            ("neighbor_rule", _rule(given[0]), _rule(scenario)),
-        ):
+        for name in ("initial_side", "range_unit"):
+            expected, value = getattr(given[0], name), getattr(scenario, name)
             if value != expected:
                 raise InputError(f"scenario[{flock}].{name}", f"{expected}, as in scenario[0]", value)
     documents = [scenario.to_json() for scenario in given]
     distinct = dict(zip(documents, given, strict=True))
     indices = {document: index for index, document in enumerate(distinct)}
     return list(distinct.values()), [indices[document] for document in documents]
-
-
-def _rule(scenario: FlockScenario) -> str:
-    return f"a rule whose ranges are in {scenario.range_unit}"
 
 
 def as_start(options: Mapping[str, Any] | None, scenario: FlockScenario) -> dict[str, Any]:

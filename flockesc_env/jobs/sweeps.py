@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from flockesc_env.jobs.job import Arrays, Job
-from flockesc_env.models.sweep import SweepResult, sweep
+from flockesc_env.models.sweep import sweep
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 
@@ -17,14 +17,10 @@ _LINE = 10e-6
 
 
 def outcomes(scenario: FlockScenario | LineScenario, ranges: tuple[float, ...], seeds: range) -> Arrays:
-    """Return the outcomes of every run, as ``outcomes_of``."""
-    return outcomes_of(sweep(scenario, ranges, seeds))
-
-
-def outcomes_of(result: SweepResult) -> Arrays:
     """Return the outcomes of every run by their names in ``SweepResult``, shape (ranges, seeds)."""
     inputs = {"scenario", "interaction_ranges", "seeds"}
-    return {name: values for name, values in vars(result).items() if name not in inputs}
+    found = vars(sweep(scenario, ranges, seeds))
+    return {name: values for name, values in found.items() if name not in inputs}
 
 
 def seed_jobs(
@@ -39,5 +35,8 @@ def seed_jobs(
 
 
 def joined(parts: Sequence[Arrays]) -> Arrays:
-    """Return the results of consecutive seeds as those of one job."""
-    return {name: np.concatenate([part[name] for part in parts], axis=1) for name in parts[0]}
+    """Return the results of consecutive seeds as those of one job; seeds are the second or the only axis."""
+    if len(parts) == 1:
+        return parts[0]
+    axes = {name: min(1, values.ndim - 1) for name, values in parts[0].items()}
+    return {name: np.concatenate([part[name] for part in parts], axis) for name, axis in axes.items()}

@@ -16,9 +16,14 @@ from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.presets import as_scenario
 
 
-def _entry(name: str) -> Any:
+def _entry(name: str, *, can_be_set: bool = False) -> Any:
     """Return a property for an entry of the state."""
-    return property(lambda flock: flock._core.get(name))
+
+    def assign(flock: Flock, values: ArrayLike) -> None:
+        flock._check_idle()
+        flock._core.set(name, as_floats(values, name, flock._shape))
+
+    return property(lambda flock: flock._core.get(name), assign if can_be_set else None)
 
 
 class Flock:
@@ -43,6 +48,10 @@ class Flock:
         (5.0, 78.27)
     """
 
+    positions: FloatArray = _entry("positions", can_be_set=True)
+    """Positions in m, shape (n, D). They can be set; those of caught agents stay."""
+    velocities: FloatArray = _entry("velocities", can_be_set=True)
+    """Velocities in m/s, shape (n, D). They can be set; those of caught agents stay."""
     predator_positions: FloatArray = _entry("predator_positions")
     """Positions of the P predators in m, shape (P, D)."""
     predator_velocities: FloatArray = _entry("predator_velocities")
@@ -115,26 +124,6 @@ class Flock:
     def time(self) -> float:
         """Time in s since the start."""
         return int(self._core.get("num_steps")) * self._given.time_step
-
-    @property
-    def positions(self) -> FloatArray:
-        """Positions in m, shape (n, D). They can be set; those of caught agents stay."""
-        return self._core.get("positions")
-
-    @positions.setter
-    def positions(self, values: ArrayLike) -> None:
-        self._check_idle()
-        self._core.set("positions", as_floats(values, "positions", self._shape))
-
-    @property
-    def velocities(self) -> FloatArray:
-        """Velocities in m/s, shape (n, D). They can be set; those of caught agents stay."""
-        return self._core.get("velocities")
-
-    @velocities.setter
-    def velocities(self, values: ArrayLike) -> None:
-        self._check_idle()
-        self._core.set("velocities", as_floats(values, "velocities", self._shape))
 
     @property
     def caught(self) -> NDArray[np.bool]:

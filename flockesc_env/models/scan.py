@@ -56,10 +56,6 @@ class ScanResult(Displayed):
     steps: NDArray[np.int64]
     series: dict[str, FloatArray]
 
-    def _summary(self) -> dict[str, object]:
-        count, over = len(self.values[_RANGE]), list(self.values)
-        return {"values": over, "num_values": count, "num_seeds": len(self.seeds), "measures": [*self.series]}
-
     def _name(self, measure: str | None) -> str:
         name: str = next(iter(self.series)) if measure is None else as_choice(measure, "measure", self.series)
         return name

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from threading import Event
@@ -33,19 +32,18 @@ RECORDED = (
 """Columns of a ``Trajectory`` that ``simulate`` records."""
 
 
-class Displayed(ABC):
-    """Base class of results: a short ``repr``."""
-
-    @abstractmethod
-    def _summary(self) -> dict[str, object]:
-        """Return what the ``repr`` shows, by name."""
+class Displayed:
+    """Base class of results: a short ``repr``, with the shapes of arrays."""
 
     def __repr__(self) -> str:
-        facts = (
-            f"{name}={value:.4g}" if isinstance(value, float) else f"{name}={value}"
-            for name, value in self._summary().items()
-        )
+        facts = (f"{name}={_shape(value)}" for name, value in vars(self).items() if name != "scenario")
         return f"{type(self).__name__}({', '.join(facts)})"
+
+
+def _shape(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _shape(each) for name, each in value.items()}
+    return value.shape if isinstance(value, np.ndarray) else value
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -104,18 +102,6 @@ class Trajectory(Displayed):
     def is_complete(self) -> bool:
         """Whether all columns have been recorded in every step."""
         return all(len(getattr(self, name)) == self.scenario.num_steps + 1 for name in RECORDED)
-
-    def _summary(self) -> dict[str, object]:
-        return {
-            "num_agents": self.scenario.num_agents,
-            "num_steps": self.scenario.num_steps,
-            "seed": self.seed,
-            **{
-                spec.name: float(getattr(self, spec.series).min())
-                for spec in self.scenario.objectives.values()
-                if spec.is_defined_in(self.scenario) and self.is_complete
-            },
-        }
 
     def table(self) -> pl.DataFrame:
         """Return a polars DataFrame with one row per time: distances, components, polarization, survivors.
@@ -208,15 +194,6 @@ class LineTrajectory(Displayed):
     converged: bool
     steps: int
 
-    def _summary(self) -> dict[str, object]:
-        return {
-            "num_agents": self.scenario.num_agents,
-            "steps": self.steps,
-            "seed": self.seed,
-            "interaction_range": self.interaction_range,
-            "escape_distance": float(self.escape_distance[-1]),
-        }
-
     def table(self) -> pl.DataFrame:
         """Return a polars DataFrame with one row per step: components, escape distance and all positions."""
         agents = {f"x_{agent}": states for agent, states in enumerate(self.states.T)}
@@ -241,7 +218,7 @@ def check_recorded(run: Trajectory, field: str, *names: str) -> None:
 
 
 def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
-    """Return a list of pairs (name, run of a flock) after a check of the types."""
+    """Return a list of pairs (name, run of a flock), all in the plane or all in space, after a check."""
     if not isinstance(value, Sequence) or isinstance(value, str | bytes):
         raise InputError("runs", "a list of runs", shown(value))
     if not value:
@@ -252,6 +229,8 @@ def as_runs(value: Any) -> list[tuple[str, Trajectory]]:
                 as_run(flock, f"runs[{index}]")
             case _:
                 raise InputError(f"runs[{index}]", "a name and a Trajectory", shown(run))
+    if len({run.scenario.dimension for _, run in value}) > 1:
+        raise InputError("runs", "all in the plane or all in space", "both")
     return list(value)
 
 

@@ -62,12 +62,6 @@ class SweepResult(Displayed):
     seeds: NDArray[np.uint64]
     num_components: IntArray
 
-    def _summary(self) -> dict[str, object]:
-        facts: dict[str, object] = {"num_ranges": len(self.interaction_ranges), "num_seeds": len(self.seeds)}
-        if np.isfinite(self.values()).all():
-            facts["best_range()"] = self.best_range()
-        return facts
-
     def values(self, objective: str | None = None) -> FloatArray:
         """Return the objective of every run, shape (ranges, seeds)."""
         return self._spec(objective).values(self)

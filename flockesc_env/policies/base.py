@@ -224,11 +224,7 @@ class BasePolicy(ABC):
         return act
 
     def predict(
-        self,
-        observation: Observations,
-        state: Any = None,
-        episode_start: Any = None,  # noqa: ARG002
-        deterministic: bool = True,  # noqa: ARG002
+        self, observation: Observations, state: Any = None, *_: Any, **__: Any
     ) -> tuple[NDArray[Any], Any]:
         """Return the action and ``state``, as models of stable-baselines3 do.
 

@@ -30,7 +30,7 @@ from flockesc_env.policies.setup import Setup, flocks_of, opponent_of, refuse, s
 from flockesc_env.scenario.flock import FlockScenario
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.objectives import ObjectiveSpec
-from flockesc_env.scenario.presets import PRESETS, Scenario, as_model
+from flockesc_env.scenario.presets import Scenario, as_model
 
 
 def compare(
@@ -123,8 +123,7 @@ def compare(
     spec = model.objectives[objective or getattr(lead.options, "objective", spec.name)]
     if not spec.is_defined_in(model):
         raise InputError("scenario", f"{spec.requires}, which the objective {spec.name} requires", "none")
-    named = isinstance(scenario, str) and scenario in PRESETS
-    name: Any = scenario if named else f"a {model.model} of {model.num_agents} agents"
+    name = scenario if isinstance(scenario, str) else f"a {model.model} of {model.num_agents} agents"
     if hunts:
         built_in = prepared(PREDATORS, prepare, read)
         reached = {each: play(entry, tuning)[spec.name].mean() for each, entry in built_in.items()}

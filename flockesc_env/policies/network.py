@@ -172,7 +172,8 @@ class PredatorNetwork(NetworkPolicy):
         if self.architecture.squash == "tanh":  # before a layer that changes nothing
             widths.append(self.dimension)
             parameters = np.append(parameters, np.eye(self.dimension + 1, self.dimension))
-        outputs = tanh_layers(widths, parameters, observations[:, inputs].astype(np.float64))
+        rows = np.ascontiguousarray(observations[:, inputs], np.float64)
+        outputs = _core.tanh_layers(widths, parameters, rows)
         return outputs.clip(-1.0, 1.0).astype(np.float32)
 
     def check_spec(self, spec: PredatorPolicySpec) -> list[int]:
@@ -238,12 +239,3 @@ def layer_parameters(
     parts += [last.weight[:outputs].T, last.bias[:outputs]]
     numbers = [part.detach().cpu().numpy().ravel() for part in parts]
     return tuple(at.out_features for at in linear[:-1]), np.concatenate(numbers)
-
-
-def tanh_layers(widths: Sequence[int], parameters: FloatArray, inputs: FloatArray) -> FloatArray:
-    """Return the outputs of tanh layers and a linear one, computed as in ``NetworkPolicy``.
-
-    Widths are those of inputs, hidden layers and outputs. Inputs have shape (rows, widths[0]), outputs (rows,
-    widths[-1]). The order of parameters is that of ``Architecture.size``.
-    """
-    return _core.tanh_layers(list(widths), np.asarray(parameters, np.float64), np.ascontiguousarray(inputs))

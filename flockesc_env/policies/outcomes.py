@@ -12,7 +12,6 @@ from flockesc_env.common.extras import data_frame
 from flockesc_env.episodes.batch import Columns
 from flockesc_env.models.simulate import Displayed, IntArray
 from flockesc_env.models.sweep import FlockOutcomes
-from flockesc_env.scenario.flock import FlockScenario
 
 if TYPE_CHECKING:
     import polars as pl
@@ -52,10 +51,6 @@ class Episodes(FlockOutcomes, _Rows):
     mean_range: FloatArray
     mean_heard: FloatArray
 
-    def _summary(self) -> dict[str, object]:
-        means = {name: float(getattr(self, name).mean()) for name in FlockScenario.objectives}
-        return {"num_seeds": len(self.seeds), **means}
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class LineEpisodes(_Rows):
@@ -74,9 +69,6 @@ class LineEpisodes(_Rows):
     num_components: IntArray
     steps: IntArray
     converged: NDArray[np.bool]
-
-    def _summary(self) -> dict[str, object]:
-        return {"num_seeds": len(self.seeds), "escape_distance": float(self.escape_distance.mean())}
 
 
 RESULTS: Final[dict[str, type[Episodes | LineEpisodes]]] = {"flock": Episodes, "line": LineEpisodes}

@@ -134,7 +134,7 @@ def play_networks(
     report = None if progress is None else lambda done: progress(done, len(seeds))
     architecture = cast("NetworkPolicy", entry.policy).architecture
     numbers, actions = np.array(seeds, np.uint64), RangeActions(entry.options)
-    _, ranges = choices(architecture, actions, entry.options.candidates)
+    _, ranges = choices(architecture, actions, tuple(entry.options.profile_ranges or ()))
     network = architecture.to_core(), parameters, ranges
     if isinstance(entry.scenario, FlockScenario):
         return flock_batch(entry, 1).core.rollout(network, numbers, report)
@@ -194,13 +194,13 @@ class _LineBatch:
         ranges = self.policy_spec.actions.to_ranges(actions, len(self._lines))
         rewards = np.zeros(len(self._lines))
         for row, line in enumerate(self._lines):
-            if not line.has_ended:
+            if not line.get("has_ended"):
                 self._observations[row], rewards[row], *_ = line.step(float(ranges[row]))
         return self._observations, rewards, self._column("has_ended"), ranges, {}
 
     def outcomes(self) -> Columns:
-        columns = {name: self._column(name) for name in ("escape_distance", "steps", "num_components")}
-        return {**columns, "converged": self._column("is_steady")}
+        names = ("escape_distance", "steps", "num_components", "converged")
+        return {name: self._column(name) for name in names}
 
     def _column(self, name: str) -> NDArray[Any]:
-        return np.array([getattr(line, name) for line in self._lines])
+        return np.array([line.get(name) for line in self._lines])

@@ -2,7 +2,3 @@
 
 The first picture loads pygame. Importing this package does not.
 """
-
-from flockesc_env.render.video import draw
-
-__all__ = ["draw"]

@@ -49,11 +49,11 @@ class FlockFrame:
     caught: NDArray[np.bool]  # shape (n,)
     objective: str  # J so far, with its symbol and unit
     lowest: float  # lowest mean predator distance so far
-    rival: float  # that of the best fixed range on the same flock, or NaN
-    color: str  # of the ring around a predator, as in `palette`
     view: FloatArray  # lowest and highest corner of a box around all positions so far, shape (2, D)
     trail: FloatArray  # past predator positions, shape (k, P, D)
     largest_range: float  # the end of the color scale
+    rival: float = np.nan  # lowest mean predator distance so far of the best fixed range on the same flock
+    color: str = LIGHT.ink  # of the ring around a predator
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,15 +110,7 @@ def recorded_view(run: Trajectory, step: int) -> FloatArray:
     return enclose(initial_region(run.scenario), run.positions[made], run.predator_positions[made])
 
 
-def recorded_frame(
-    run: Trajectory,
-    step: int,
-    view: FloatArray,
-    largest_range: float,
-    *,
-    rival: float = np.nan,
-    color: str = LIGHT.ink,
-) -> FlockFrame:
+def recorded_frame(run: Trajectory, step: int, view: FloatArray, largest_range: float) -> FlockFrame:
     """Return the frame of a recorded run after ``step`` steps."""
     spec = next(iter(FlockScenario.objectives.values()))
     # The model moves predators by r_p(t + dt) = r_p(t) + dt v_p(t), which gives v_p by a forward difference.
@@ -135,8 +127,6 @@ def recorded_frame(
         caught=(run.caught_at >= 0) & (run.caught_at <= step),
         objective=f"{spec.symbol} {spec.text(getattr(run, spec.series)[: step + 1].min())}",
         lowest=float(run.mean_distance[: step + 1].min()),
-        rival=rival,
-        color=color,
         view=view,
         trail=run.predator_positions[step - int(min(TRAIL / run.scenario.time_step, step)) : step + 1],
         largest_range=largest_range,
@@ -168,8 +158,6 @@ def live_frames(batch: FlockBatch, frames: Sequence[FlockFrame | None]) -> list[
             caught=caught[slot],
             objective=f"{spec.symbol} {spec.text(metrics[spec.name][slot])}",
             lowest=float(metrics["min_mean_distance"][slot]),
-            rival=np.nan,
-            color=LIGHT.ink,
             view=enclose(view, positions, predators),
             trail=path,
             largest_range=batch.options.max_range,

@@ -1,24 +1,23 @@
-"""Recorded runs as pictures, and as video files, one or several in a grid. Needs the ``video`` extra."""
+"""Recorded runs as video files, one or several in a grid. Needs the ``video`` extra."""
 
 import errno
 import shutil
 from collections.abc import Sequence
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from flockesc_env.common.checks import as_callback, as_count, as_path, as_text
+from flockesc_env.common.checks import as_callback, as_count, as_path
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import require
 from flockesc_env.common.files import atomic_write, suffix_of
 from flockesc_env.common.progress import Progress
-from flockesc_env.models.simulate import LineTrajectory, Trajectory, as_run, as_runs
+from flockesc_env.models.simulate import Trajectory, as_runs
 from flockesc_env.render.frames import (
-    LineFrame,
     as_size,
     enclose,
     policy_kind,
@@ -50,30 +49,6 @@ _COLORS = {"fixed": LIGHT.fixed, "rule": LIGHT.others[0], "learned": LIGHT.learn
 
 REST = 3.0
 """Seconds from the last change of a ring to the end of a video."""
-
-
-def draw(
-    run: Trajectory | LineTrajectory, step: int, *, size: int = 512, title: str = ""
-) -> NDArray[np.uint8]:
-    """Return a picture of a recorded run, shape (size, size, 3).
-
-    Args:
-        run: the run.
-        step: the time, as a number of steps from 0 to T.
-        size: width and height in pixels, an even number from 160 to 16384.
-        title: text above the picture.
-    """
-    as_run(run, "run")
-    size, title = as_size(size), as_text(title, "title")
-    last = run.steps if isinstance(run, LineTrajectory) else run.scenario.num_steps
-    step = as_count(step, "step", least=0, most=last)
-    from flockesc_env.render.picture import draw_frame  # loads pygame, an extra
-
-    if isinstance(run, LineTrajectory):
-        history = [(t, run.states[t], run.interaction_range if t else 0.0) for t in range(step + 1)]
-        return draw_frame(LineFrame(run.scenario, history, run.interaction_range), size, title)
-    largest = float(run.interaction_ranges.max())
-    return draw_frame(recorded_frame(run, step, recorded_view(run, step), largest), size, title)
 
 
 def write_video(
@@ -120,8 +95,7 @@ def write_video(
         raise InputError("fps", f"fewer than {_MAX_FRAMES} frames", f"{frames:g} frames")
     count = round(frames) + 1
     views = [recorded_view(run, _step_at(run, last)) for _, run in runs]
-    if len({view.shape for view in views}) == 1:
-        views = [enclose(*views)] * len(views)
+    view = enclose(*views)
     titles = [policy_title(name, run.scenario.range_unit) for name, run in runs]
     kinds = [policy_kind(name, run) for name, run in runs]
     fixed = [run for (_, run), kind in zip(runs, kinds, strict=True) if kind == "fixed"]
@@ -141,15 +115,10 @@ def write_video(
             writer.send(None)  # starts ffmpeg
             for done in range(1, count + 1):
                 pictures, time = [], (done - 1) / fps
-                for (_, run), view, title, kind in zip(runs, views, titles, kinds, strict=True):
-                    frame = recorded_frame(
-                        run,
-                        _step_at(run, time),
-                        view,
-                        largest,
-                        rival=np.nan if best is None or best is run else falling[_step_at(best, time)],
-                        color=_COLORS[kind],
-                    )
+                for (_, run), title, kind in zip(runs, titles, kinds, strict=True):
+                    frame = recorded_frame(run, _step_at(run, time), view, largest)
+                    rival = np.nan if best is None or best is run else falling[_step_at(best, time)]
+                    frame = replace(frame, rival=rival, color=_COLORS[kind])
                     pictures.append(draw_frame(frame, size, title))
                 for picture in pictures[1:]:
                     picture[:2] = picture[:, :2] = rgb(LIGHT.frame)

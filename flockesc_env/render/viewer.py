@@ -7,7 +7,8 @@ from typing import Any, Final, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from flockesc_env.common.errors import InputError, ResetNeededError, shown
+from flockesc_env.common.checks import as_choice
+from flockesc_env.common.errors import ResetNeededError
 from flockesc_env.render.frames import FlockFrame, LineFrame, as_size
 
 Image = NDArray[np.uint8]
@@ -62,10 +63,8 @@ def as_viewer(mode: Any, size: Any, fps: int, count: int = 1) -> Viewer | None:
 
     An invalid mode or size raises ``InputError``.
     """
-    if mode is not None and (not isinstance(mode, str) or mode not in RENDER_MODES):
-        raise InputError("render_mode", f"one of {', '.join(RENDER_MODES)} or None", shown(mode))
     size = as_size(size, "render_size")
-    return None if mode is None else Viewer(mode, size, fps, count)  # type: ignore[arg-type]
+    return None if mode is None else Viewer(as_choice(mode, "render_mode", RENDER_MODES), size, fps, count)
 
 
 def grid_shape(count: int) -> tuple[int, int]:

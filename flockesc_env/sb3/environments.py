@@ -13,7 +13,12 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from numpy.typing import NDArray
 from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.vec_env import DummyVecEnv, VecEnv, sync_envs_normalization
+from stable_baselines3.common.vec_env import (
+    DummyVecEnv,
+    VecEnv,
+    sync_envs_normalization,
+    unwrap_vec_normalize,
+)
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from flockesc_env.common.checks import as_array, as_choice, as_count, as_flag, as_path
@@ -153,13 +158,12 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
         sees an automatic reset. A ``VecNormalize`` does not learn. A reset is needed afterwards.
         """
         env, size, policy = entry.env, self._batch.num_flocks, cast("SB3Policy", entry.policy)
-        kept, learning, layer, parts = (self._seeds, self._options), [], env, []
-        while layer is not self:
-            learning += [layer] if vars(layer).get("training") else []
-            layer = layer.venv
+        kept, parts = (self._seeds, self._options), []
+        normalizer: Any = unwrap_vec_normalize(env)
+        is_learning = normalizer is not None and normalizer.training
         try:
-            for layer in learning:
-                layer.training = False
+            if is_learning:
+                normalizer.training = False
             for start in range(0, len(seeds), size):
                 chunk = [*seeds[start : start + size]]
                 padded = [*chunk, *chunk[-1:] * (size - len(chunk))]
@@ -174,8 +178,8 @@ class BatchVecEnv(Registered, ManyFlocks, VecEnv):
                 if progress is not None:
                     progress(start + len(chunk), len(seeds))
         finally:
-            for layer in learning:
-                layer.training = True
+            if is_learning:
+                normalizer.training = True
             self._returns, (self._seeds, self._options) = None, kept
             self._drop_episodes()
         return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}

@@ -10,36 +10,19 @@ import json
 import math
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from functools import cache
-from typing import Any, Literal, Self, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, Self, TypeVar, get_args
 
 import numpy as np
 import tomli_w
 
-from flockesc_env.common.checks import as_array, as_choice, as_text, parse_json
+from flockesc_env.common.checks import as_array, as_choice, as_instance, as_text, parse_json
 from flockesc_env.common.errors import InputError, shown, shown_name
-from flockesc_env.scenario.parts import (
-    Distribution,
-    InitialHeadings,
-    InitialPositions,
-    Motion,
-    NeighborRule,
-    RandomApproach,
-)
-from flockesc_env.scenario.predators import Predator
+from flockesc_env.scenario.parts import PARTS, Distribution, Part, RandomApproach
 
-_FAMILIES: dict[Any, str] = {
-    Predator: "predators",
-    NeighborRule: "neighbor_rules",
-    Motion: "motions",
-    InitialPositions: "initial_positions",
-    InitialHeadings: "initial_headings",
-    Distribution: "distributions",
-}
-
-_PARTS: dict[str, Any] = {part.kind: part for family in _FAMILIES for part in get_args(family)}
-
+_T = TypeVar("_T")
 _D = TypeVar("_D", bound="Document")
 
 
@@ -54,8 +37,8 @@ class Document:
 
     def _given(self) -> dict[str, Any]:
         """Return the document of the fields as they were given to the constructor."""
-        cls: Any = type(self)
-        return {name: _to_plain(hint, getattr(self, name), name) for name, hint in _hints(cls).items()}
+        each: Any = dataclasses.fields(self)  # type: ignore[arg-type]
+        return {field.name: as_plain(getattr(self, field.name), field.name, field.type) for field in each}
 
     def _set(self, document: str) -> Self:
         """Set every field from a document that the core has checked; lists become tuples."""
@@ -127,7 +110,7 @@ def field_at(document: Any, path: str, field: str) -> tuple[Any, Any]:
 
 def _names(path: str) -> tuple[str, ...]:
     """Return the fields and indices of a path, without the kinds of parts."""
-    return tuple(name for name in re.findall(r"[^.\[\]]+", path) if name not in _PARTS)
+    return tuple(name for name in re.findall(r"[^.\[\]]+", path) if name not in PARTS)
 
 
 def parse_document(document: str, *, is_toml: bool) -> Any:
@@ -141,7 +124,9 @@ def parse_document(document: str, *, is_toml: bool) -> Any:
 
 def from_fields(cls: type[_D], fields: Any) -> _D:
     """Return the scenario with these fields of a document; missing ones get their defaults."""
-    return cls(**_check_names(cls, fields, ""))
+    for name in as_instance(fields, "document", Mapping, "an object with its fields"):
+        as_choice(name, name, [field.name for field in dataclasses.fields(cls)])  # type: ignore[arg-type]
+    return cls(**fields)
 
 
 def _replace_values(value: Any, old: Any, new: Any) -> Any:
@@ -153,66 +138,56 @@ def _replace_values(value: Any, old: Any, new: Any) -> Any:
     return new if value == old else value
 
 
-@cache
-def _hints(cls: Any) -> dict[str, Any]:
-    """Return the declared type of every field of a scenario or part."""
-    hints = get_type_hints(cls)
-    return {field.name: hints[field.name] for field in dataclasses.fields(cls)}
-
-
 def _from_plain(value: Any) -> Any:
     """Return the parts and tuples of a document that the core has checked."""
     match value:
         case dict():
             [(kind, fields)] = value.items()
-            return _PARTS[kind](**{name: _from_plain(entry) for name, entry in fields.items()})
+            return PARTS[kind](**{name: _from_plain(entry) for name, entry in fields.items()})
         case list():
             return tuple(map(_from_plain, value))
     return value
 
 
-def _check_names(cls: Any, fields: Any, prefix: str) -> Mapping[str, Any]:
-    """Return the fields of a scenario or part after a check that all are known and none is missing."""
-    if not isinstance(fields, Mapping):
-        raise InputError(prefix.rstrip(".") or "document", "an object with its fields", shown(fields))
-    known = _hints(cls)
-    for name in fields:
-        as_choice(name, f"{prefix}{name}", known)
-    for field in dataclasses.fields(cls):
-        if field.default is dataclasses.MISSING and field.name not in fields:
-            raise InputError(f"{prefix}{field.name}", "a value", "none")
-    return fields
+def part_of(value: Any) -> Any:
+    """Return the part that a document stands for; the core refuses a document that stands for none."""
+    if isinstance(value, Mapping) and len(value) == 1:
+        [(kind, fields)] = value.items()
+        with suppress(KeyError, TypeError):  # an unknown kind; a field that is unknown or missing
+            return PARTS[kind](**fields)
+    return value
 
 
-def _to_plain(hint: Any, value: Any, path: str) -> Any:
-    """Return the document of a part, of a tuple of parts, of one of some words, or of plain data."""
-    family = next(iter(get_args(hint)), None)
-    if family in _FAMILIES:
+def as_plain(value: Any, path: str, hint: Any = None) -> Any:
+    """Return the document of a part, of a tuple of parts or of plain data, with Python's numbers and lists.
+
+    ``hint`` is the declared type, which shows where parts are expected.
+    """
+    family, *_ = (*get_args(hint), None)
+    if _kinds(family):
         if not isinstance(value, list | tuple):
-            raise InputError(path, f"a tuple of {_FAMILIES[family]}", type(value).__name__)
-        return [_to_plain(family, entry, f"{path}[{index}]") for index, entry in enumerate(value)]
-    if hint in _FAMILIES:
-        return _plain_part(hint, value, path)
-    if get_origin(hint) is Literal:
-        return as_choice(value, path, get_args(hint))
+            raise InputError(path, "a tuple of parts", type(value).__name__)
+        return [as_plain(entry, f"{path}[{index}]", family) for index, entry in enumerate(value)]
+    value = part_of(value)
+    if isinstance(value, Part):
+        prefix, fields = f"{path}.{value.kind}.", dataclasses.fields(value)  # type: ignore[arg-type]
+        return {
+            value.kind: {
+                each.name: as_plain(getattr(value, each.name), prefix + each.name) for each in fields
+            }
+        }
+    if (kinds := _kinds(hint)) and not (isinstance(value, Mapping) and len(value) == 1):
+        raise InputError(path, f"one of {', '.join(kinds)}", shown_name(value, kinds))
     try:
         return _plain(value, path)
     except RecursionError:
         raise InputError(path, "a number, a string or a list", shown(value)) from None
 
 
-def _plain_part(family: Any, value: Any, path: str) -> dict[str, Any]:
-    """Return the document of a part, given as itself or as a document."""
-    kinds, kind = {part.kind: part for part in get_args(family)}, value
-    if isinstance(value, Mapping) and len(value) == 1:
-        [(kind, fields)] = value.items()
-        if kind in kinds:
-            value = kinds[kind](**_check_names(kinds[kind], fields, f"{path}.{kind}."))
-    if not isinstance(value, family):
-        raise InputError(path, f"one of {', '.join(kinds)}", shown_name(kind, kinds))
-    hints, prefix = _hints(kinds[value.kind]), f"{path}.{value.kind}."
-    fields = {name: _to_plain(hint, getattr(value, name), prefix + name) for name, hint in hints.items()}
-    return {value.kind: fields}
+@cache
+def _kinds(family: Any) -> list[str]:
+    """Return the kinds of a union of parts."""
+    return [part.kind for part in get_args(family) if isinstance(part, type) and issubclass(part, Part)]
 
 
 def _plain(value: Any, path: str) -> Any:
@@ -228,6 +203,12 @@ def _plain(value: Any, path: str) -> Any:
             return value
         case list() | tuple():
             return [_plain(entry, f"{path}[{index}]") for index, entry in enumerate(value)]
+        case Mapping():
+            names = [as_text(_plain(name, path), path) for name in value]
+            return {
+                name: _plain(entry, f"{path}.{name}")
+                for name, entry in zip(names, value.values(), strict=True)
+            }
         case int() if abs(value) >= 2**63:
             raise InputError(path, "an integer between -2^63 and 2^63", value)
         case str() if not value.isascii():
@@ -235,3 +216,16 @@ def _plain(value: Any, path: str) -> Any:
         case int() | str():
             return value
     raise InputError(path, "a number, a string or a part of a scenario", shown(value))
+
+
+def checked(check: Callable[[str], _T], document: Mapping[str, Any]) -> _T:
+    """Return the core's ``check`` of a document; its errors about unknown names get the most similar ones."""
+    try:
+        return check(json.dumps(document))
+    except InputError as error:
+        named, known = re.fullmatch(r"(\w+) \w+ `(.*)`", error.given), re.findall(r"`(\w+)`", error.expected)
+        if named is None:
+            raise
+        if named[1] == "missing":
+            raise InputError(f"{error.field}.{named[2]}", "a value", "none") from None
+        raise InputError(error.field, f"one of {', '.join(known)}", shown_name(named[2], known)) from None

@@ -1,6 +1,5 @@
 """``FlockScenario``: parameters of the flock model and their defaults."""
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -9,9 +8,9 @@ from flockesc_env import _core
 from flockesc_env.common.checks import as_seed
 from flockesc_env.common.errors import InputError
 from flockesc_env.scenario import parts
-from flockesc_env.scenario.document import Document
+from flockesc_env.scenario.document import Document, checked
 from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES, ObjectiveSpec
-from flockesc_env.scenario.options import ActionOptions, EnvOptions, EnvOptionsDict, check_names
+from flockesc_env.scenario.options import EnvOptions, EnvOptionsDict, check_names
 from flockesc_env.scenario.predators import ConstantVelocity, Learned, Predator, Start, approach
 
 _SEARCH_RANGES = (*(2.0 * k for k in range(11)), 25.0, 30.0, 40.0, 50.0, 75.0, 100.0, 150.0)
@@ -105,9 +104,9 @@ class FlockScenario(Document):
         for predator in given["predators"]:
             (fields,) = predator.values()
             for name, default in (("position", position), ("velocity", velocity)):
-                if name in fields and fields[name] is None:
+                if isinstance(fields, dict) and name in fields and fields[name] is None:
                     fields[name] = default
-        self._set(_core.check_flock_scenario(json.dumps(given)))
+        self._set(checked(_core.check_flock_scenario, given))
 
     def env_options(
         self, given: Mapping[str, Any], known: type = EnvOptionsDict, own: Iterable[str] = ()
@@ -123,12 +122,6 @@ class FlockScenario(Document):
             expected = "the largest number of neighbors, required by a topological rule"
             raise InputError("max_range", expected, "none")
         return EnvOptions.among(given)
-
-    def observation_entries(
-        self, options: ActionOptions, *, per_agent: bool = False
-    ) -> list[tuple[str, float, float]]:
-        """Return the names and bounds of the entries of an observation row."""
-        return _core.observation_entries(options.to_core(per_agent=per_agent), self.dimension)
 
     @property
     def range_unit(self) -> str:

@@ -1,14 +1,13 @@
 """``LineScenario``: parameters of the line model and their defaults."""
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Literal
 
 from flockesc_env import _core
-from flockesc_env.scenario.document import Document
+from flockesc_env.scenario.document import Document, checked
 from flockesc_env.scenario.objectives import LINE_OBJECTIVES, ObjectiveSpec
-from flockesc_env.scenario.options import ActionOptions, LineOptions, LineOptionsDict, check_names
+from flockesc_env.scenario.options import LineOptions, LineOptionsDict, check_names
 
 EscapeForce = Literal["constant", "linear", "linear_as_printed"]
 
@@ -51,7 +50,7 @@ class LineScenario(Document):
     max_steps: int = 1000
 
     def __post_init__(self) -> None:
-        self._set(_core.check_line_scenario(json.dumps(self._given())))
+        self._set(checked(_core.check_line_scenario, self._given()))
 
     def env_options(
         self, given: Mapping[str, Any], known: type = LineOptionsDict, own: Iterable[str] = ()
@@ -59,15 +58,6 @@ class LineScenario(Document):
         """Return the options of an environment with this scenario; see ``FlockScenario.env_options``."""
         check_names(self, given, known, own)
         return LineOptions.among(given)
-
-    def observation_entries(
-        self,
-        options: ActionOptions,  # noqa: ARG002, they change no entry
-        *,
-        per_agent: bool = False,  # noqa: ARG002, agents share one range
-    ) -> list[tuple[str, float, float]]:
-        """Return the names and bounds of the entries of an observation row."""
-        return _core.line_observation_entries(self.num_agents)
 
     @property
     def num_steps(self) -> int:

@@ -10,18 +10,18 @@ from flockesc_env.common.checks import FloatArray
 Objective = Literal["min_mean_distance", "min_min_distance", "fraction_surviving"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ObjectiveSpec:
     """An objective. A larger one is better."""
 
     name: str  #: value of the option ``objective``, and column of J in ``info`` and in results
-    model: str  #: ``"flock"`` or ``"line"``
+    model: str = "flock"  #: or ``"line"``
     symbol: str  #: symbol of the objective J
     label: str  #: name of the value at one time. J of a flock is its minimum over time
     definition: str  #: definition of J
-    unit: str  #: unit of J; empty for a number without a unit
+    unit: str = "m"  #: unit of J; empty for a number without a unit
     series: str  #: column of the value at one time, in ``info`` and ``Trajectory``
-    requires: str  #: field of the scenario without which J is the same under all ranges
+    requires: str = "predators"  #: field of the scenario without which J is the same under all ranges
 
     def with_unit(self, name: str) -> str:
         """Return a name with the unit in parentheses, for axes and headings."""
@@ -57,27 +57,20 @@ def _by_name(*specs: ObjectiveSpec) -> Mapping[str, ObjectiveSpec]:
 FLOCK_OBJECTIVES: Final = _by_name(
     ObjectiveSpec(
         name="min_mean_distance",
-        model="flock",
         symbol="J_mean",
         label="mean predator distance",
         definition="minimum over time of the mean predator distance (Eq. 12)",
-        unit="m",
         series="mean_distance",
-        requires="predators",
     ),
     ObjectiveSpec(
         name="min_min_distance",
-        model="flock",
         symbol="J_min",
         label="minimum predator distance",
         definition="minimum over time of the minimum predator distance (Eq. 13)",
-        unit="m",
         series="min_distance",
-        requires="predators",
     ),
     ObjectiveSpec(
         name="fraction_surviving",
-        model="flock",
         symbol="J_survival",
         label="fraction surviving",
         definition="fraction of the agents that are not caught",

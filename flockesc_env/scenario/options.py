@@ -27,6 +27,9 @@ PROFILE_RANGES = (0.0, 5.0, 10.0, 15.0, 20.0, 30.0, 50.0, 100.0)
 UNOBSERVED = ("reward", "range_cost", "count_components")
 """Options that change neither observations nor actions."""
 
+FREE = ("action_mode", "min_range", "range_grid", *UNOBSERVED)
+"""Options that a policy chooses itself when it plays a task."""
+
 VIEWS = {False: "flock", True: "agent"}
 """What a range and an observation row belong to, by ``per_agent``: names of the core."""
 
@@ -75,13 +78,8 @@ class ActionOptions:
         return _core.RangeMap(json.dumps({name: getattr(self, name) for name in names}))
 
     @abstractmethod
-    def to_core(self, *, per_agent: bool = False) -> str:
-        """Return the options as JSON, for the compiled core."""
-
-    @property
-    def candidates(self) -> tuple[float, ...]:
-        """Candidate ranges of the observation; empty without a profile."""
-        return ()
+    def entries(self, scenario: Any, *, per_agent: bool) -> list[tuple[str, float, float]]:
+        """Return the names and bounds of the entries of an observation row in a scenario."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,10 +150,9 @@ class EnvOptions(ActionOptions):
             vars(self)["profile_ranges"] = tuple(as_vector(ranges, "profile_ranges").tolist())
         _core.observation_entries(self.to_core(per_agent=True), 2)  # raises if one is out of bounds
 
-    @property
-    def candidates(self) -> tuple[float, ...]:
-        """The entries of ``profile_ranges``."""
-        return tuple(self.profile_ranges or ())
+    def entries(self, scenario: Any, *, per_agent: bool) -> list[tuple[str, float, float]]:
+        """Return the names and bounds of the entries of an observation row in a scenario."""
+        return _core.observation_entries(self.to_core(per_agent=per_agent), scenario.dimension)
 
     def to_core(self, *, per_agent: bool = False, max_actions: int | None = None) -> str:
         """Return the options as JSON for the compiled core, with the limit of actions of an episode."""
@@ -177,6 +174,8 @@ class LineOptions(ActionOptions):
             d_ss - d(0). ``"terminal"``: the same sum, in the last step.
     """
 
+    profile_ranges = None  # no field: the line has no profile
+
     max_range: float = 1.0
     steps_per_action: int = 1
     reward: LineReward = "change"
@@ -185,7 +184,11 @@ class LineOptions(ActionOptions):
         super().__post_init__()
         as_choice(self.reward, "reward", get_args(LineReward))
 
-    def to_core(self, *, per_agent: bool = False) -> str:  # noqa: ARG002, agents of a line share one range
+    def entries(self, scenario: Any, **_: bool) -> list[tuple[str, float, float]]:
+        """Return the names and bounds of the entries of a row, which agents of a line share."""
+        return _core.line_observation_entries(scenario.num_agents)
+
+    def to_core(self) -> str:
         """Return the options as JSON, for the compiled core."""
         names = ("reward", "max_range", "steps_per_action")
         return json.dumps({name: getattr(self, name) for name in names})

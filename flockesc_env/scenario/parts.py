@@ -2,7 +2,10 @@
 
 import re
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
+
+PARTS: dict[str, Any] = {}
+"""Classes of parts by kind."""
 
 
 class Part:
@@ -12,6 +15,7 @@ class Part:
 
     def __init_subclass__(cls, kind: str = "") -> None:
         cls.kind = kind or re.sub(r"(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
+        PARTS[cls.kind] = cls
 
 
 @dataclass(frozen=True)

@@ -64,12 +64,12 @@ def as_model(value: Any) -> Scenario:
     return scenario
 
 
-def as_scenario(value: _T | str | None, model: type[_T]) -> _T:
+def as_scenario(value: _T | str | None, model: type[_T], field: str = "scenario") -> _T:
     """Return a scenario of one model, given as itself or the name of a preset; ``None``: the paper's."""
     if value is None:
         return model()
-    scenario = preset(value) if isinstance(value, str) else value
+    scenario = PRESETS[as_choice(value, field, PRESETS)].scenario if isinstance(value, str) else value
     if not isinstance(scenario, model):
         known = [name for name, each in PRESETS.items() if each.model is model]
-        raise InputError("scenario", f"a {model.__name__} or one of {', '.join(known)}", shown(value))
+        raise InputError(field, f"a {model.__name__} or one of {', '.join(known)}", shown(value))
     return scenario

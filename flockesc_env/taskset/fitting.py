@@ -9,11 +9,8 @@ from flockesc_env.policies import rules
 from flockesc_env.policies.base import BasePolicy
 from flockesc_env.policies.registry import Stored, as_flock_policy
 from flockesc_env.policies.setup import Setup, setup
-from flockesc_env.scenario.options import UNOBSERVED
+from flockesc_env.scenario.options import FREE
 from flockesc_env.scenario.presets import Scenario
-
-FREE = ("action_mode", "min_range", "range_grid", *UNOBSERVED)
-"""Options that a policy chooses itself."""
 
 _ROW_BY_ROW = (*get_args(Stored), rules.RandomRange, rules.ScheduledRange, rules.BestCandidate)
 

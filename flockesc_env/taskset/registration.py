@@ -1,26 +1,17 @@
 """Gymnasium ids of the environments and of the tasks, such as ``flockesc/one-range-v1``."""
 
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import gymnasium
 
 from flockesc_env.common.errors import InputError, shown
+from flockesc_env.envs.vector import BatchVectorEnv
+from flockesc_env.scenario.options import FREE, EnvOptionsDict
 from flockesc_env.taskset.task import Task, tasks
-
-if TYPE_CHECKING:
-    from flockesc_env.envs.vector import BatchVectorEnv
 
 _VECTOR = "flockesc_env.envs.vector:BatchVectorEnv"
 
-FIXED = (
-    "scenario",
-    "per_agent",
-    "steps_per_action",
-    "objective",
-    "predator_sensing_range",
-    "profile_ranges",
-    "extra_entries",
-)
+FIXED = {"scenario", "per_agent", *EnvOptionsDict.__annotations__} - {"max_range", *FREE}
 """Arguments that a task fixes."""
 
 
@@ -49,10 +40,8 @@ def no_single_env(**_: Any) -> NoReturn:
     _refuse_single_env("flockesc/FlockAgents-v1", 300, "flockesc_env.parallel_env()")
 
 
-def make_predators(num_envs: int | None = None, scenario: Any = None, **options: Any) -> "BatchVectorEnv":
+def make_predators(num_envs: int | None = None, scenario: Any = None, **options: Any) -> BatchVectorEnv:
     """Return ``flockesc/Predator-v1`` for ``gymnasium.make_vec``, with one slot per predator."""
-    from flockesc_env.envs.vector import BatchVectorEnv
-
     return BatchVectorEnv(num_envs, scenario, side="predator", **options)
 
 
@@ -65,10 +54,8 @@ def make_task(task: str, **options: Any) -> gymnasium.Env[Any, Any]:
     return chosen.env(**options)
 
 
-def make_task_vec(task: str, num_envs: int, **options: Any) -> "BatchVectorEnv":
+def make_task_vec(task: str, num_envs: int, **options: Any) -> BatchVectorEnv:
     """Return the vector environment of a task, for ``gymnasium.make_vec``; see ``make_task``."""
-    from flockesc_env.envs.vector import BatchVectorEnv
-
     chosen: Any = _checked(task, options)
     options = {"reward": chosen.reward, **chosen.options, **options}
     return BatchVectorEnv(num_envs, chosen.scenario, per_agent=chosen.per_agent, **options)
@@ -77,7 +64,7 @@ def make_task_vec(task: str, num_envs: int, **options: Any) -> "BatchVectorEnv":
 def _checked(name: str, options: dict[str, Any]) -> Task:
     """Return a task after a check that no option changes it."""
     task = tasks[name]
-    for option in options.keys() & set(FIXED):
+    for option in options.keys() & FIXED:
         kind = "LineEscape" if task.spec.model == "line" else "FlockEscape"
         way = f'gymnasium.make("flockesc/{kind}-v1", {option}=..)'
         if task.per_agent:

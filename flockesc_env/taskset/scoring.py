@@ -70,14 +70,12 @@ def score(
     output: Path | None = None,
     training: results.Training | None = None,
     report: Callable[[str], None] = lambda _: None,
-    num_flocks: int | None = None,
 ) -> results.Result:
     """Play the policies of a learner or rule, one per training seed, on the held-out flocks of a task.
 
     ``output`` is the path of the result, which is not written: the result names files relative to its folder,
     and they must lie in or below it. Without it they are relative to the current folder, wherever they lie.
-    ``report`` is called with the name of every policy before it plays. With ``num_flocks`` only the first
-    flocks are played, for a draft: ``read_result`` refuses it.
+    ``report`` is called with the name of every policy before it plays.
 
     Raises:
         InputError: if a policy does not fit the task, two policies reach equal objectives on all flocks, a
@@ -85,7 +83,6 @@ def score(
             per policy.
     """
     results.check_training(training, len(policies))
-    flocks = FLOCKS if num_flocks is None else FLOCKS[: as_count(num_flocks, "flocks", most=len(FLOCKS))]
     folder = (Path() if output is None else output.parent).resolve()
     files = {spec: Path(spec).parent.resolve() / Path(spec).name for spec, sha256, _ in policies if sha256}
     fitting = []  # a link to a file stays itself
@@ -100,14 +97,14 @@ def score(
     found: list[results.PolicyResult] = []
     for (spec, sha256, _), (source, entry) in zip(policies, fitting, strict=True):
         report(spec)
-        objectives = {name: objective_of(entry, task, name, flocks).tolist() for name in task.scales}
+        objectives = {name: objective_of(entry, task, name, FLOCKS).tolist() for name in task.scales}
         found.append(results.PolicyResult(policy=source, sha256=sha256, objectives=objectives))
         results.check_different(found, task)
     return results.Result(
         version=VERSION,
         task=task.name,
         task_sha256=task.sha256,
-        flocks=(flocks.start, len(flocks)),
+        flocks=(FLOCKS.start, len(FLOCKS)),
         learner=learner,
         is_code=not all(  # others can play a file or a built-in policy that computes rows one by one
             (sha256 or not results.is_code(spec)) and is_checkable(policy)

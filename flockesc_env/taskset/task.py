@@ -18,22 +18,24 @@ import numpy as np
 from flockesc_env.common.checks import as_choice, as_count, as_name
 from flockesc_env.common.errors import InputError, shown
 from flockesc_env.common.extras import require
+from flockesc_env.envs.gymnasium import FlockEscapeEnv
+from flockesc_env.envs.line import LineEscapeEnv
 from flockesc_env.episodes.spaces import PolicySpec, policy_spec
 from flockesc_env.episodes.splits import HELD_OUT, first_seeds
+from flockesc_env.policies import SB3Policy, compare
+from flockesc_env.policies.base import BasePolicy
+from flockesc_env.policies.comparison import Comparison
+from flockesc_env.policies.setup import Setup
 from flockesc_env.scenario.line import LineScenario
 from flockesc_env.scenario.objectives import ObjectiveSpec
 from flockesc_env.scenario.presets import PRESETS, Scenario
+from flockesc_env.taskset.fitting import fitted
 from flockesc_env.taskset.learners import OWN_ALGORITHMS, Learner, learners_of
 
-if TYPE_CHECKING:  # slow to import, so that methods import them
+if TYPE_CHECKING:  # of an extra, or slow to import
     from stable_baselines3.common.vec_env import VecEnv
 
-    from flockesc_env.envs.gymnasium import FlockEscapeEnv
-    from flockesc_env.envs.line import LineEscapeEnv
     from flockesc_env.envs.pettingzoo import FlockParallelEnv
-    from flockesc_env.policies.base import BasePolicy
-    from flockesc_env.policies.comparison import Comparison
-    from flockesc_env.policies.setup import Setup
     from flockesc_env.sb3 import FlockEvalCallback
 
 VERSION: Final = "v1"
@@ -183,8 +185,6 @@ class Task:
 
     def setup(self, policy: Any, env: Any = None) -> Setup:
         """Return how a policy that fits the task (``fitted``) plays it; a model plays in ``env`` if given."""
-        from flockesc_env.taskset.fitting import fitted
-
         return fitted(policy, self.policy_spec, [*self.scenarios.values()], env)
 
     def env(self, **options: Any) -> FlockEscapeEnv | LineEscapeEnv:
@@ -193,9 +193,6 @@ class Task:
         ``options`` are those beside the task's, such as ``reward`` and ``render_mode``; ``scenario`` replaces
         the task's.
         """
-        from flockesc_env.envs.gymnasium import FlockEscapeEnv
-        from flockesc_env.envs.line import LineEscapeEnv
-
         options = {"scenario": self.scenario, **self.options, **options}
         if isinstance(self.scenario, LineScenario):
             return LineEscapeEnv(**options)
@@ -280,8 +277,6 @@ class Task:
             env: an environment of ``scenario``, in which models play, as in ``rollout``.
         """
         require("analysis", ["scipy"])
-        from flockesc_env.policies import SB3Policy, compare
-
         seeds = self.seeds[: as_count(num_flocks, "num_flocks", most=len(self.seeds))]
         name = as_choice(scenario or next(iter(self.scenarios)), "scenario", self.scenarios)
         chosen, best = self.scenarios[name], self.scales[name].best_fixed_range

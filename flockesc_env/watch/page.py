@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flockesc_env.common.checks import as_path
-from flockesc_env.common.errors import InputError
 from flockesc_env.common.files import write_text
 from flockesc_env.models.order import unit
 from flockesc_env.models.records import versions
@@ -76,8 +75,8 @@ def write_page(runs: Trajectory | Sequence[Run], path: str | Path) -> None:
 
 
 def replay(runs: Sequence[Run]) -> Content:
-    """Return the content of a page that shows recorded runs at first, after ``check_runs``."""
-    check_runs(runs)
+    """Return the content of a page that shows recorded runs at first, after ``as_runs``."""
+    as_runs(runs)
     first = runs[0][1]
     name, documents = scenario_documents(first.scenario, {})
     start = start_document(first)
@@ -137,13 +136,6 @@ def theme() -> str:
         for palette in (LIGHT, DARK)
     )
     return f":root {{ {light} }}\n@media (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}"
-
-
-def check_runs(runs: Sequence[Run]) -> None:
-    """Check that there are runs of flocks with names, all in the plane or all in space."""
-    dimensions = {trajectory.scenario.dimension for _, trajectory in as_runs(runs)}
-    if len(dimensions) > 1:
-        raise InputError("runs", "all in the plane or all in space", "both")
 
 
 def run_document(name: str, trajectory: Trajectory) -> dict[str, Any]:

@@ -1,25 +1,30 @@
-"""The figures of the paper by number, those of the line, and the single realizations that they show."""
+"""The figures of the paper by number, those of controls, and the single realizations that they show."""
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Final
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
+from flockesc_env import simulate, simulate_line
 from flockesc_env.common.errors import InputError
-from flockesc_env.common.stats import CONFIDENCE, FloatArray, mean_with_interval
+from flockesc_env.common.stats import CONFIDENCE, Estimate, FloatArray, argmax, mean, mean_with_interval
 from flockesc_env.jobs import Arrays
-from flockesc_env.models.simulate import simulate_line
+from flockesc_env.models.graph import component_labels
 from flockesc_env.render.palette import LIGHT
 from flockesc_env.scenario.line import EscapeForce
-from studies.measurements import Runner
-from studies.paper import flock_figures, plan
-from studies.paper.flock_claims import PRINTED_BEST, PRINTED_COMPONENTS, dominates
+from flockesc_env.scenario.objectives import FLOCK_OBJECTIVES
+from studies.measurements import Runner, means
+from studies.paper import plan
+from studies.paper.flock_claims import PRINTED_BEST, PRINTED_COMPONENTS, dominates, gain_of_100
 from studies.paper.line_claims import PRINTED_CLUSTERS, clusters
-from studies.paper.plan import FORCES, LINE, LINE_GRID
-from studies.style import caption, cluster_colors, letter, subplots
-from training.figure_style import BAND, save_figure
+from studies.paper.mechanism_claims import flock_values
+from studies.paper.plan import FLOCK, FORCES, LINE, NO_FORCE, OFFSETS, PAPER_FORCE, PAPER_OBJECTIVES
+from studies.style import caption, cluster_colors, component_colors, curve, letter, subplots
+from training.figure_style import BAND, RANGES, draw_predator, label_ends, save_figure
 
 Measured = Mapping[str, Arrays]
 
@@ -31,7 +36,14 @@ _FORCES: dict[EscapeForce, tuple[str, str, tuple[float, float]]] = {
 """Name, color, and place of the name in Figure 2: beside the line, the last two in the inset."""
 
 _SHOWN_STEPS = 14
-_GRID = np.array(LINE_GRID)
+_LINE_GRID, _GRID, _AIMED = map(np.array, (plan.LINE_GRID, plan.FLOCK_GRID, plan.AIMED_GRID))
+
+_TIMES = (0.0, 4.0, 8.0, 12.0)
+_COLORS = {rho: to_hex(RANGES(min(rho / 20.0, 1.0))) for rho in plan.SHOWN_FLOCK_RANGES}
+"""Colors of the ranges; the scale ends at 20 m, as on the page."""
+_TICKS = (0, 2, 5, 10, 20, 50, 100)
+_STRONGEST = to_hex(RANGES(0.95))
+_FORCE_COLORS = {NO_FORCE: LIGHT.accent, 1.0: LIGHT.alone, PAPER_FORCE: LIGHT.fixed, 100.0: _STRONGEST}
 
 
 def escape_forces() -> Figure:
@@ -96,16 +108,16 @@ def distance_against_range(measured: Measured) -> Figure:
         grid = measured[f"grid {force}"]
         above, below = panels[:, column]
         center, low, high = mean_with_interval(grid["escape_distance"], CONFIDENCE)
-        above.fill_between(_GRID, low, high, color=BAND, lw=0)
+        above.fill_between(_LINE_GRID, low, high, color=BAND, lw=0)
         best = int(np.argmax(center))
         number: FloatArray = grid["num_components"].mean(axis=1)
         below.set_yscale("log")
         for axes, values, printed in ((above, center, 0.3), (below, number, 2.65)):
-            axes.plot(_GRID, values, color=LIGHT.fixed, lw=1)
-            axes.plot(_GRID[plan.COARSE], values[plan.COARSE], "o", color=LIGHT.fixed, ms=4)
+            axes.plot(_LINE_GRID, values, color=LIGHT.fixed, lw=1)
+            axes.plot(_LINE_GRID[plan.COARSE], values[plan.COARSE], "o", color=LIGHT.fixed, ms=4)
             axes.plot(0.1, printed, "x", color=LIGHT.accent, ms=8, mew=2)
-        above.plot(_GRID[best], center[best], "v", color=LIGHT.learned, ms=8)
-        at = (_GRID[best], center[best])
+        above.plot(_LINE_GRID[best], center[best], "v", color=LIGHT.learned, ms=8)
+        at = (_LINE_GRID[best], center[best])
         above.annotate(f"{at[0]:.2f}", at, (6, 6), textcoords="offset points", color=LIGHT.learned)
         above.margins(y=0.15)
         letter(above, column, _FORCES[force][0])
@@ -115,6 +127,109 @@ def distance_against_range(measured: Measured) -> Figure:
     lines = grid["escape_distance"].shape[1]
     text = f"{lines:,} lines a point, 95 % band; dots: the paper's grid, triangle: maximum, cross: the paper"
     caption(figure, text, size=9.5)
+    return figure
+
+
+def snapshots(seed: int, rho: float) -> Figure:
+    """Figures 6, 7 and 8: one flock at four times; agents have the color of their component."""
+    run = simulate(FLOCK, rho, seed=seed)
+    figure, panels = subplots(2.75, 1, len(_TIMES), sharex=True, sharey=True)
+    for axes, time in zip(panels, _TIMES, strict=True):
+        step = round(time / FLOCK.time_step)
+        positions, path = run.positions[step], run.predator_positions[: step + 1, 0]
+        colors = component_colors(component_labels(None, positions, rho))
+        draw_predator(axes, path, FLOCK.predator_range)
+        axes.quiver(*positions.T, *run.velocities[step].T, color=colors, scale=240, width=0.008)
+        axes.set_aspect("equal")
+        axes.set(xlim=(-130, 230), ylim=(-130, 230), xlabel="x (m)")
+        number = run.num_components[step]
+        axes.set_title(f"{time:g} s, {number} component{'' if number == 1 else 's'}", fontsize=9)
+    panels[0].set_ylabel("y (m)")
+    text = f"Range {rho:g} m, flock of seed {seed}; color: component, gray: alone, vermilion: predator"
+    caption(figure, text)
+    return figure
+
+
+def distances(objective: str, measured: Measured, seed: int) -> Figure:
+    """Figures 9 and 10: distance against time, objective against range, and the best ranges of flocks."""
+    spec = FLOCK_OBJECTIVES[objective]
+    values = measured["grid flock"][spec.name]
+    best = argmax(_GRID, values)
+    figure, (over_time, over_range, histogram) = subplots(3.5, 1, 3)
+    times, ends = np.arange(FLOCK.num_steps + 1) * FLOCK.time_step, []
+    for flocks, (rho, color) in zip(measured["curves"][spec.series], _COLORS.items(), strict=True):
+        over_time.plot(times, flocks[seed], color=color, lw=1.5)
+        over_time.plot(times, flocks.mean(axis=0), color=color, ls=":", lw=1.2)
+        ends.append((float(flocks[seed][-1]), f"{rho:g} m", color))
+    over_time.set(xlabel="time (s)", ylabel=spec.with_unit(spec.label))
+    over_time.margins(x=0)
+    label_ends(over_time, ends)
+    center, low, high = mean_with_interval(values, CONFIDENCE)
+    over_range.fill_between(_GRID, low, high, color=BAND, lw=0)
+    over_range.plot(_GRID, values[:, seed], color=LIGHT.alone, lw=1)
+    over_range.plot(_GRID, center, color=LIGHT.fixed, lw=2)
+    over_range.set(ylabel=spec.with_unit(spec.symbol))
+    bins = np.arange(-2.5, 105, 5).tolist()
+    histogram.hist(_GRID[np.argmax(values, axis=0)], bins=bins, color=LIGHT.alone)
+    histogram.axvspan(best.low, best.high, color=LIGHT.fixed, alpha=0.25, lw=0)
+    histogram.axvline(best.mean, color=LIGHT.fixed, lw=2)
+    histogram.axvline(10, color=LIGHT.accent, ls="--", lw=1.5)
+    histogram.set(ylabel="flocks")
+    for axes in (over_range, histogram):
+        axes.margins(x=0)
+        axes.set_xlabel("interaction range (m)")
+    letter(
+        over_time, 0, f"distance over time\nsolid: flock {seed}\ndotted: mean of {values.shape[1]:,} flocks"
+    )
+    letter(over_range, 1, f"{spec.symbol} against the range\nlight: flock {seed}\ndark: mean, 95 % interval")
+    expected = f"{best.mean:g} m [{best.low:g}, {best.high:g}]"
+    letter(histogram, 2, f"best range of flocks\nsolid: mean, {expected}\ndashed: the paper's 10 m")
+    return figure
+
+
+def aimed_beside(measured: Measured) -> Figure:
+    """Draw the best range, and 100 m minus 10 m, against the predator's distance from the center."""
+    figure, panels = subplots(5.6, 2, 2, sharex=True)
+    for column, spec in enumerate(PAPER_OBJECTIVES):
+        symbol, (above, below) = spec.symbol, panels[:, column]
+        values = [measured[f"aimed {offset:g}"][spec.name] for offset in OFFSETS]
+        _points(above, [argmax(_AIMED, rows) for rows in values])
+        _points(below, [mean(gain_of_100(rows)) for rows in values])
+        above.set(ylim=(0, 105))
+        letter(above, column, f"{symbol}: best range in expectation")
+        below.axhline(0, color=LIGHT.ink, lw=0.8)
+        below.set(xlabel="the predator's path misses the center by (m)")
+        letter(below, 2 + column, f"{symbol} at 100 m minus {symbol} at 10 m")
+    panels[0, 0].set_ylabel("interaction range (m)")
+    panels[1, 0].set_ylabel("difference (m)")
+    caption(figure, f"An attack beside the center: {values[0].shape[1]:,} flocks a point, 95 % intervals")
+    return figure
+
+
+def _points(axes: Axes, estimates: list[Estimate]) -> None:
+    """Draw an estimate with its interval at every offset."""
+    means, below, above = zip(*((e.mean, e.mean - e.low, e.high - e.mean) for e in estimates), strict=True)
+    axes.errorbar(OFFSETS, means, (below, above), fmt="o", ms=5, lw=1.5, color=LIGHT.fixed)
+
+
+def by_force(results: Measured) -> Figure:
+    """Draw the three objectives against the range, one curve per escape force."""
+    figure, panels = subplots(3.3, 1, len(FLOCK_OBJECTIVES))
+    for index, (axes, spec) in enumerate(zip(panels, FLOCK_OBJECTIVES.values(), strict=True)):
+        ends = []
+        for strength, color in _FORCE_COLORS.items():
+            values = (1 if spec.unit else 100) * flock_values(results, plan.PAPER, strength, spec)
+            style = "-" if strength == PAPER_FORCE else "--"
+            curve(axes, plan.CONTROL_GRID, means(values), color, style, band=0.2, lw=1.6)
+            ends.append((float(values[-1].mean()), f"s = {strength:g}", color))
+        # The square root of the axis keeps short ranges apart.
+        axes.set_xscale("function", functions=(lambda x: np.sqrt(np.maximum(x, 0)), np.square))
+        axes.set_xticks(_TICKS, [str(tick) for tick in _TICKS])
+        axes.set(xlabel="interaction range (m)", xlim=(0, plan.CONTROL_GRID[-1]))
+        label_ends(axes, ends)
+        letter(axes, index, f"{spec.symbol} ({spec.unit or '%'})")
+    survival = f"Survival: agents within {plan.CAPTURE_RADIUS:g} m of the predator are caught"
+    caption(figure, f"Escape force s (0: nobody flees; 10: the paper's). {survival}")
     return figure
 
 
@@ -139,7 +254,7 @@ def flock_seed(measured: Measured) -> int:
     curves, values = measured["curves"], measured["grid flock"]["min_mean_distance"]
     at_end = curves["num_components"][plan.SHOWN_FLOCK_RANGES.index(PRINTED_BEST), :, -1]
     suits = (at_end == PRINTED_COMPONENTS) & dominates(curves["mean_distance"]).all(axis=-1)
-    best = np.array(plan.FLOCK_GRID)[np.argmax(values, axis=0)]
+    best = _GRID[np.argmax(values, axis=0)]
     return int(np.argmin(np.where(suits | ~suits.any(), np.abs(best - PRINTED_BEST), np.inf)))
 
 
@@ -153,26 +268,26 @@ FIGURES: Final[dict[str, tuple[Iterable[str], Callable[[Measured], Figure]]]] = 
     "3": (("free line",), lambda m: lines_over_time(line_seed(m), is_attacked=False)),
     "4": (("free line",), lambda m: lines_over_time(line_seed(m), is_attacked=True)),
     "5": ([f"grid {force}" for force in FORCES], distance_against_range),
-    "6": (_FLOCKS, lambda m: flock_figures.snapshots(flock_seed(m), 100.0)),
-    "7": (_FLOCKS, lambda m: flock_figures.snapshots(flock_seed(m), 10.0)),
-    "8": (_FLOCKS, lambda m: flock_figures.snapshots(flock_seed(m), 0.0)),
-    "9": (_FLOCKS, lambda m: flock_figures.distances("min_mean_distance", m, flock_seed(m))),
-    "10": (_FLOCKS, lambda m: flock_figures.distances("min_min_distance", m, flock_seed(m))),
-    "edge": ([f"aimed {offset:g}" for offset in plan.OFFSETS], flock_figures.aimed_beside),
-    "force": (_CONTROLS, flock_figures.by_force),
+    "6": (_FLOCKS, lambda m: snapshots(flock_seed(m), 100.0)),
+    "7": (_FLOCKS, lambda m: snapshots(flock_seed(m), 10.0)),
+    "8": (_FLOCKS, lambda m: snapshots(flock_seed(m), 0.0)),
+    "9": (_FLOCKS, lambda m: distances("min_mean_distance", m, flock_seed(m))),
+    "10": (_FLOCKS, lambda m: distances("min_min_distance", m, flock_seed(m))),
+    "edge": ([f"aimed {offset:g}" for offset in plan.OFFSETS], aimed_beside),
+    "force": (_CONTROLS, by_force),
 }
 """Measurements that a figure needs and how it is drawn, by the number in the paper. ``"edge"`` is the attack
 beside the center, ``"force"`` a control of the paper's explanation."""
 
 
 def draw_figures(output: Path, measured: Measured, names: Iterable[str] = FIGURES) -> list[Path]:
-    """Write figures of finished measurements as PNG and SVG; return the PNG files."""
-    stems = {name: output / (f"figure_{name}" if name.isdigit() else name) for name in names}
-    return [save_figure(FIGURES[name][1](measured), stem) for name, stem in stems.items()]
+    """Write figures of finished measurements; return their files."""
+    stems = {name: f"figure_{name}" if name.isdigit() else name for name in names}
+    return [save_figure(FIGURES[name][1](measured), output / f"{stem}.png") for name, stem in stems.items()]
 
 
 def measure_and_draw(runner: Runner, output: Path, names: Iterable[str], trials: plan.Trials) -> list[Path]:
-    """Write some figures after the measurements that they need; return the PNG files."""
+    """Write some figures after the measurements that they need; return their files."""
     for name in names:
         if name not in FIGURES:
             raise InputError("figures", f"some of {', '.join(FIGURES)}", repr(name))

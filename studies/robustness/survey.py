@@ -237,5 +237,4 @@ ROBUSTNESS = Study(
     load=RobustnessResults.load,
     figures=lambda results: {"robustness": figure(results)},
     report=report,
-    formats=("svg", "png"),
 )

@@ -18,19 +18,17 @@ def means(scores: FloatArray) -> list[Estimate]:
     Scores have the shape (scores, training seeds, flocks). With one training seed, the interval covers the
     flocks alone.
     """
-    return estimates(*intervals(scores))
+    return _intervals(scores)
 
 
 def difference(values: FloatArray, other: FloatArray) -> Estimate:
     """Return the mean paired difference of two policies, each of shape (its training seeds, flocks)."""
-    (found,) = estimates(*intervals(values[np.newaxis], other[np.newaxis]))
+    (found,) = _intervals(values[np.newaxis], other[np.newaxis])
     return found
 
 
-def intervals(
-    scores: FloatArray, other: FloatArray | None = None
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return mean, lower and upper end of the interval of every score, as ``means``."""
+def _intervals(scores: FloatArray, other: FloatArray | None = None) -> list[Estimate]:
+    """Return every score as ``means``, minus the other ones if they are given."""
     by_flock, free = scores.mean(axis=1), scores.shape[2] - 1
     parts = _seed_parts(scores)
     if other is not None:
@@ -46,7 +44,7 @@ def intervals(
     freedom = np.divide(total**2, squares, out=np.full(len(scores), float(free)), where=squares > 0)
     half = half_width(total, freedom)
     mean = by_flock.mean(axis=1)
-    return mean, mean - half, mean + half
+    return [Estimate(*map(float, row)) for row in zip(mean, mean - half, mean + half, strict=True)]
 
 
 def _seed_parts(scores: FloatArray) -> list[tuple[FloatArray, FloatArray, int]]:
@@ -62,8 +60,3 @@ def _seed_parts(scores: FloatArray) -> list[tuple[FloatArray, FloatArray, int]]:
     free = num_seeds - 1
     error = (rest**2).sum(axis=(1, 2)) / (free * (num_flocks - 1)) / (num_seeds * num_flocks)
     return [(by_seed[:, :, 0].var(axis=1, ddof=1) / num_seeds, error, free)]
-
-
-def estimates(mean: FloatArray, low: FloatArray, high: FloatArray) -> list[Estimate]:
-    """Return estimates, given as arrays of their means and ends."""
-    return [Estimate(*map(float, row)) for row in zip(mean, low, high, strict=True)]

@@ -11,7 +11,7 @@ import gymnasium
 import numpy as np
 import pytest
 from golden_episodes import GOLDEN as FILE
-from golden_episodes import SEED, cases, hashed, hashes, updated
+from golden_episodes import SEED, cases, hashes, updated
 from masked_cpu import each_level, run_masked
 from option_table import EVERY_STEP, dimensions, small_flock
 from same import plain, same
@@ -30,7 +30,7 @@ hashes = golden_episodes.hashes(2), network_outcomes.hashes(2)
 print(json.dumps([features["AVX2"], features["AVX512F"], *hashes]))
 """
 
-PROCESSES, ENVIRONMENTS, RESETS = 4, 25, 100
+PROCESSES, ENVIRONMENTS, RESETS = 2, 24, 100
 UNSEEDED: list[tuple[Any, Any]] = [
     *((make, small_flock()) for make in (fe.FlockEscapeEnv, fe.parallel_env, BatchVectorEnv)),
     (fe.LineEscapeEnv, fe.LineScenario(num_agents=5)),
@@ -39,12 +39,11 @@ SEEDS = range(13)
 THREADS = [None, 1, 2, 3, 7]
 
 
-@pytest.mark.parametrize("num_threads", [1, 4])
-def test_episodes_equal_the_golden_ones(num_threads: int) -> None:
-    assert hashes(num_threads) == GOLDEN
+def test_episodes_equal_the_golden_ones() -> None:
+    assert hashes(4) == GOLDEN
 
 
-def test_flushing_subnormal_numbers_changes_no_episode() -> None:
+def test_flushing_subnormal_numbers_on_one_thread_changes_no_episode() -> None:
     torch = pytest.importorskip("torch")
     if not torch.set_flush_denormal(True):
         pytest.skip("this processor cannot flush subnormal numbers")
@@ -74,9 +73,10 @@ def test_changed_bits_need_a_new_version_of_an_id(monkeypatch: pytest.MonkeyPatc
 
 
 def test_another_seed_is_another_episode() -> None:
-    others = {name: hashed(case, 1, SEED + 1) for name, case in cases().items()}
-    assert others.keys() == GOLDEN.keys()
-    assert not set(others.values()) & set(GOLDEN.values())
+    """Already at its start."""
+    for name, case in cases().items():
+        first, other = (repr(plain(next(case(1, seed)))) for seed in (SEED, SEED + 1))
+        assert first != other, name
 
 
 def unseeded(_: int) -> list[str]:
@@ -137,7 +137,5 @@ def simulated(scenario: fe.FlockScenario, num_threads: int | None) -> list[Any]:
 def test_threads_of_one_large_flock(dimension: int) -> None:
     """The flock is large enough to be split over threads, with 0.03 agents per m^D."""
     side = (5000 / 0.03) ** (1 / dimension)
-    scenario = fe.FlockScenario(num_agents=5000, num_steps=8, dimension=dimension, initial_side=side)
-    serial = simulated(scenario, 1)
-    for threads in (2, 7):
-        same(simulated(scenario, threads), serial)
+    scenario = fe.FlockScenario(num_agents=5000, num_steps=4, dimension=dimension, initial_side=side)
+    same(simulated(scenario, 3), simulated(scenario, 1))

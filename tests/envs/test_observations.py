@@ -97,7 +97,7 @@ def assert_plays_as(flock: Reference, rng: np.random.Generator, *, per_agent: bo
 
 
 @pytest.mark.parametrize("per_agent", [False, True])
-@settings(max_examples=80)
+@settings(max_examples=40)
 @given(case=flocks(), has_all=st.booleans())
 def test_entries(
     case: tuple[fe.FlockScenario, fe.EnvOptions, np.random.Generator], has_all: bool, *, per_agent: bool

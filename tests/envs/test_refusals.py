@@ -26,7 +26,6 @@ from flockesc_env import flockesc_v1, jobs, policies, scenario
 from flockesc_env.episodes.batch import FlockBatch
 from flockesc_env.models import neighbor_pairs
 from flockesc_env.models.simulate import run_flock
-from flockesc_env.notebook import Replay
 from flockesc_env.policies import FlyStraight, Pursue
 from flockesc_env.sb3 import vec_env
 from flockesc_env.scenario import Learned, PurePursuit, Topological, approach
@@ -250,7 +249,6 @@ CONTRADICTIONS: list[tuple[Callable[[], Any], str]] = [
     (lambda: FlockBatch(table.FLOCK, fe.EnvOptions()).core.observe([0], "no such view"), "view"),
     (lambda: jobs.find_backend("ray2"), "backend"),
     (lambda: jobs.Job("m:f", ({1, 2},), engine="").key, "arguments"),
-    (lambda: Replay([("run", fe.simulate(table.FLOCK, 1.0, seed=0))], height=0), "height"),
     (lambda: fe.parallel_env(reward="teem"), "did you mean team"),
     (lambda: fe.parallel_env(objective="mean_distance"), "did you mean min_mean_distance"),
     (lambda: fe.parallel_env(predator_sensing_range=None), "math.inf: agents see the predator at any"),

@@ -244,7 +244,7 @@ def test_slots_of_agents_equal_parallel_environments(
         ("num_agents", small_flock(num_agents=6)),
         ("dimension", small_flock(3)),
         ("initial_side", small_flock(initial_side=31.0)),
-        ("neighbor_rule", small_flock(neighbor_rule=Topological())),
+        ("range_unit", small_flock(neighbor_rule=Topological())),
         ("predators", small_flock(predators=[Learned()])),
         ("predators", small_flock(predators=[])),
     ],

@@ -31,16 +31,15 @@ assert_near = partial(np.testing.assert_allclose, rtol=0)
 
 @pytest.fixture(autouse=True)
 def double() -> Iterator[None]:
-    jax.config.update("jax_disable_most_optimizations", True)  # compiles faster
     with jax.enable_x64(True):
         yield
 
 
 def test_whole_episodes_follow_the_core() -> None:
     scenario, play = fe.FlockScenario(), partial(twin.rollout, "paper-flock", policy=lambda _: 12.0)
-    starts = jax.tree.map(lambda *each: jnp.stack(each), *[twin.start(scenario, seed) for seed in range(20)])
+    starts = jax.tree.map(lambda *each: jnp.stack(each), *[twin.start(scenario, seed) for seed in range(8)])
     states = jax.jit(partial(jax.lax.map, play))(starts)
-    for seed, run in enumerate(fe.simulate(scenario, 12.0, seed=seed) for seed in range(20)):
+    for seed, run in enumerate(fe.simulate(scenario, 12.0, seed=seed) for seed in range(8)):
         assert_near(states.positions[seed], run.positions[1:], atol=1e-10)
         assert_near(states.min_mean_distance[seed, -1], run.mean_distance.min(), atol=1e-10)
         assert_near(states.min_min_distance[seed, -1], run.min_distance.min(), atol=1e-10)
@@ -62,24 +61,21 @@ def test_observations_and_predators_follow_the_core(per_agent: bool, reach: floa
     assert_near(state.predator_positions, env.flock.predator_positions, atol=1e-10)
 
 
-def objective(weights: Any, softness: float, straight_through: bool = False) -> Any:
+def objective(weights: Any, softness: float) -> Any:
     def policy(observed: Any) -> Any:
         return 6.0 + 4.0 * jnp.tanh(observed @ weights)
 
-    states = twin.rollout(SMALL, twin.start(SMALL, 3), policy, softness, straight_through)
+    states = twin.rollout(SMALL, twin.start(SMALL, 3), policy, softness)
     return states.min_mean_distance[-1]
 
 
 def test_gradients_equal_finite_differences_and_hard_boundaries_hide_the_ranges() -> None:
-    play, step = jax.jit(jax.value_and_grad(objective), static_argnums=(1, 2)), 1e-6
+    play, step = jax.jit(jax.value_and_grad(objective), static_argnums=1), 1e-6
     ends = [[play(WEIGHTS + shift, 2.0)[0] for shift in sign * step * np.eye(13)] for sign in (1, -1)]
     expected, (_, gradient) = np.subtract(*ends) / (2 * step), play(WEIGHTS, 2.0)
     assert np.abs(gradient).max() > 0.01
     assert_near(gradient, expected, rtol=1e-5, atol=1e-7)
-    (value, through), (hard_value, hard) = play(WEIGHTS, 2.0, True), play(WEIGHTS, 0.0)
-    assert_near(value, hard_value, atol=1e-9)  # compiled apart
-    assert through.any()
-    assert not hard.any()
+    assert not play(WEIGHTS, 0.0)[1].any()
 
 
 def test_gradients_are_finite_at_distance_and_velocity_zero() -> None:
@@ -105,7 +101,7 @@ def test_strict_settings_of_jax_change_no_number() -> None:
             return 6.0 + weight * observed[..., 1]
 
         start = twin.init(UNLIKE, positions, jnp.zeros_like(positions))
-        states = twin.rollout(scenario, start, policy, 2.0, True)
+        states = twin.rollout(scenario, start, policy, 2.0)
         last = jax.tree.map(lambda each: each[-1], states)
         return last.min_mean_distance + twin.observe(scenario, last, per_agent=False).sum()
 

@@ -91,8 +91,6 @@ def test_a_learned_predator_is_judged_saved_watched_and_compared(
     assert found.rows["PPO"].improvement.mean == smaller.mean()
     with pytest.raises(fe.InputError, match="plot: expected a comparison of ranges"):
         found.plot()
-    judged = fe.compare(None, f"{file}", side="predator", num_flocks=2, num_tuning=2)
-    assert Ran(capsys, "compare", file, "--side", "predator", "--flocks", 2).out == f"{judged}\n"
     run = fe.simulate(
         hunted, policy="stubborn-leaders", seed=4, predator_policy=PPO.load(best / "best_model")
     )

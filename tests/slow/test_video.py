@@ -6,9 +6,9 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 from option_table import small_flock
+from pictures import draw
 
 from flockesc_env import simulate
-from flockesc_env.render import draw
 from flockesc_env.render.video import write_video
 
 # imageio leaves the pipes of its reader open until garbage collection.

@@ -36,9 +36,9 @@ def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> 
     for blocked in controls.BLOCKED:
         scenario = one.task.scenario.replace(blocks_warnings=blocked)
         kept = table.filter(blocked=blocked)[: len(flocks)]
-        played = play(one.content, scenario, one.task.spec.name, flocks)["objective"]
+        played = play(one.content, scenario, one.task.spec.name, {}, flocks)["objective"]
         assert kept["objective"].to_list() == played.tolist()
-        fixed = play(f"fixed:{one.task.best_fixed_range:g}", scenario, one.task.spec.name, flocks)[
+        fixed = play(f"fixed:{one.task.best_fixed_range:g}", scenario, one.task.spec.name, {}, flocks)[
             "objective"
         ]
         assert kept["fixed"].to_list() == fixed.tolist()
@@ -55,7 +55,7 @@ def test_headline_policies_fit_their_tasks_and_replay_bit_for_bit(task: str) -> 
 def test_losses_replay_bit_for_bit(file: str, name: str, task: str) -> None:
     scenario, one = (losses.starts() | losses.scenarios())[name], HEADLINES[task]
     kept = pl.read_parquet(COMMITTED / file).filter(task=task, scenario=name)[:2]
-    played = play(one.content, scenario, one.task.spec.name, HELD_OUT[:2])["objective"]
+    played = play(one.content, scenario, one.task.spec.name, {}, HELD_OUT[:2])["objective"]
     assert kept["objective"].to_list() == played.tolist()
     fixed = fe.sweep(scenario, kept["interaction_range"][:1], HELD_OUT[:2])
     assert kept["fixed"].to_list() == one.task.spec.values(fixed)[0].tolist()
@@ -67,7 +67,7 @@ def test_the_best_fixed_range_is_that_of_tuning_flocks(tmp_path: Path) -> None:
     table = pl.DataFrame(row)
     tuned = fe.sweep(SCENARIO, SCENARIO.search_ranges, TUNING[:12]).min_mean_distance.mean(axis=1)
     assert set(table["interaction_range"]) == {SCENARIO.search_ranges[int(tuned.argmax())]}
-    played = play(one.content, SCENARIO, one.task.spec.name, HELD_OUT[:6])["objective"]
+    played = play(one.content, SCENARIO, one.task.spec.name, {}, HELD_OUT[:6])["objective"]
     assert table["objective"].to_list() == played.tolist()
     fixed = fe.sweep(SCENARIO, table["interaction_range"][:1], HELD_OUT[:6]).min_mean_distance[0]
     assert table["fixed"].to_list() == fixed.tolist()
@@ -195,7 +195,7 @@ def test_all_is_measured_and_an_interrupted_study_continues(
     chosen = headlines.load(tmp_path)[0]
     contents = [(headlines.BOARD / file).read_bytes() for file in files["per-agent-visible"]]
     spec, scenario = chosen.task.spec, chosen.task.scenario
-    means = [play(content, scenario, spec.name, TUNING[:2])["objective"].mean() for content in contents]
+    means = [play(content, scenario, spec.name, {}, TUNING[:2])["objective"].mean() for content in contents]
     assert chosen.content == contents[int(np.argmax(means))]
     assert (tmp_path / REPORT).read_text("utf-8") == report(Findings.load(tmp_path))
 

@@ -22,7 +22,7 @@ def small_task(name: str = "per-agent-visible", scenario: FlockScenario = SMALL,
     )
 
 
-_PPO = {"n_steps": 6, "batch_size": 24}
+_PPO = {"n_steps": 6, "batch_size": 24, "n_epochs": 3}
 _REPLAY = {
     "learning_starts": 10,
     "batch_size": 8,

@@ -13,8 +13,8 @@ import pytest
 import flockesc_env
 from flockesc_env import FlockScenario, InputError, LineScenario, load_policy, policies, simulate, sweep
 from flockesc_env.episodes.splits import TUNING
-from flockesc_env.scenario.options import EnvOptions, LineOptions
-from flockesc_env.taskset.fitting import FREE, is_checkable
+from flockesc_env.scenario.options import FREE, EnvOptions, LineOptions
+from flockesc_env.taskset.fitting import is_checkable
 from flockesc_env.taskset.results import read_result
 from flockesc_env.taskset.scoring import draw_flocks, objective_of, verify
 from flockesc_env.taskset.task import VERSION, Task, read_tasks, tasks

@@ -24,7 +24,7 @@ import flockesc_env as fe
 from flockesc_env import flockesc_v1, models, policies, sb3, scenario, watch
 from flockesc_env.envs import vector
 from flockesc_env.policies import RandomRange, bind
-from flockesc_env.render import draw, video
+from flockesc_env.render import video
 from flockesc_env.sb3 import environments
 
 NOT_CALLED = {
@@ -232,7 +232,6 @@ CALLABLES = {name: row_of(call) for name, call in _public().items() if name not 
     "from_toml": Row(fe.FlockScenario.from_toml, {"document": text(table.FLOCK.to_toml())}),
     "best_range": row_of(fe.sweep(table.FLOCK, [0.0, 5.0], range(3)).best_range),
     "write_video": row_of(video.write_video),
-    "draw": row_of(draw),
 }
 ROWS = CALLABLES | {key: row for name in WITH_METHODS for key, row in method_rows(name).items()}
 ROWS |= flock_rows()

@@ -16,12 +16,12 @@ from envs import start
 from hypothesis import given
 from hypothesis import strategies as st
 from option_table import DIMENSIONS, small_flock
+from pictures import draw
 
 import flockesc_env as fe
 from flockesc_env.common.extras import MissingExtraError
 from flockesc_env.envs.vector import BatchVectorEnv
 from flockesc_env.models import Trajectory
-from flockesc_env.render import draw
 from flockesc_env.render.frames import recorded_view
 from flockesc_env.render.palette import LIGHT, rgb
 from flockesc_env.render.picture import PREDATOR, Canvas, camera

@@ -128,7 +128,7 @@ LIES = {
     "a size that is not there": npy((2**40,)),
     "entries of no size": npy((2**40,), "<U0"),
     "objects": npy((1,), "|O", b"12345678"),
-    "more than fits": npy((2**24,), numbers=bytes(2**27)),
+    "more than fits": npy((2**22,), numbers=bytes(2**25)),
 }
 
 

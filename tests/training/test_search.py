@@ -105,7 +105,6 @@ def test_a_resumed_run_ends_as_one_that_nobody_interrupts(
 ) -> None:
     if algorithm == "gradient":
         pytest.importorskip("optax", reason="the extra jax is not installed")
-        monkeypatch.setenv("JAX_DISABLE_MOST_OPTIMIZATIONS", "1")
     whole = load_policy(train(small_run(tmp_path / "whole", algorithm)))
     module = {"rule": "rule_search"}.get(algorithm, algorithm)
     kind: Any = resolve_name(f"training.{module}:{algorithm.title()}Rounds")

@@ -54,7 +54,7 @@ pub fn sweep_flock(
         seeds,
         num_threads,
         progress,
-        |&range, seed| match config.dimension {
+        |range, seed| match config.dimension {
             2 => run_flock::<2>(config, range, seed, progress),
             _ => run_flock::<3>(config, range, seed, progress),
         },
@@ -73,7 +73,7 @@ pub fn sweep_line(
     progress: &Progress,
 ) -> Result<Vec<LineOutcome>> {
     check_ranges("interaction_ranges", ranges)?;
-    grid(ranges, seeds, num_threads, progress, |&range, seed| {
+    grid(ranges, seeds, num_threads, progress, |range, seed| {
         let mut line = Line::new(config.clone(), seed, None)?;
         let (_, converged) = run_line(&mut line, range, progress, |_| Ok(()))?;
         Ok(LineOutcome {
@@ -84,21 +84,21 @@ pub fn sweep_line(
     })
 }
 
-fn grid<K: Sync, T: Send>(
-    keys: &[K],
+fn grid<T: Send>(
+    ranges: &[f64],
     seeds: &[u64],
     num_threads: Option<usize>,
     progress: &Progress,
-    run: impl Fn(&K, u64) -> Result<T> + Sync,
+    run: impl Fn(f64, u64) -> Result<T> + Sync,
 ) -> Result<Vec<T>> {
     // The outcomes, and as many columns.
-    let num_cells = keys.len().saturating_mul(seeds.len());
+    let num_cells = ranges.len().saturating_mul(seeds.len());
     memory::probe::<T>("seeds", num_cells.saturating_mul(2))?;
     parallel::pool(num_threads)?.install(|| {
-        (0..keys.len() * seeds.len())
+        (0..ranges.len() * seeds.len())
             .into_par_iter()
             .map(|cell| {
-                let outcome = run(&keys[cell / seeds.len()], seeds[cell % seeds.len()]);
+                let outcome = run(ranges[cell / seeds.len()], seeds[cell % seeds.len()]);
                 progress.advance();
                 outcome
             })

@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use flockesc_core::{LineConfig, LineEpisodeConfig};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArrayDyn};
-use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use pyo3::{IntoPyObjectExt, intern};
 
-use crate::arrays::{Dict, Tuple, flat};
+use crate::arrays::{Dict, Object, Tuple, array, flat};
 use crate::errors::{CoreError, try_borrow, try_borrow_mut};
 use crate::long_call::{change, maybe_detach, run};
 
@@ -104,47 +104,21 @@ impl LineEpisode {
         Ok(try_borrow(slf)?.clone())
     }
 
-    #[getter]
-    fn states<'py>(slf: &Bound<'py, Self>) -> Result<Bound<'py, PyArray1<f64>>, CoreError> {
-        Ok(try_borrow(slf)?
-            .inner
-            .line()
-            .states()
-            .into_pyarray(slf.py()))
-    }
-
-    #[getter]
-    fn steps(slf: &Bound<'_, Self>) -> Result<usize, CoreError> {
-        Ok(try_borrow(slf)?.inner.steps())
-    }
-
-    #[getter]
-    fn escape_distance(slf: &Bound<'_, Self>) -> Result<f64, CoreError> {
-        Ok(try_borrow(slf)?.inner.line().escape_distance())
-    }
-
-    #[getter]
-    fn num_components(slf: &Bound<'_, Self>) -> Result<usize, CoreError> {
-        let inner = &try_borrow(slf)?.inner;
-        Ok(inner.line().num_components(inner.last_range()))
-    }
-
-    #[getter]
-    fn interaction_range(slf: &Bound<'_, Self>) -> Result<f64, CoreError> {
-        Ok(try_borrow(slf)?.inner.last_range())
-    }
-
-    #[getter]
-    fn is_steady(slf: &Bound<'_, Self>) -> Result<bool, CoreError> {
-        Ok(try_borrow(slf)?.inner.is_steady())
-    }
-
-    #[getter]
-    fn has_ended(slf: &Bound<'_, Self>) -> Result<bool, CoreError> {
-        Ok(try_borrow(slf)?.inner.has_ended())
+    /// Returns the states of the agents as a new array, or a number of the episode.
+    fn get<'py>(slf: &Bound<'py, Self>, name: &str) -> Object<'py> {
+        let (py, episode) = (slf.py(), &try_borrow(slf)?.inner);
+        match name {
+            "states" => Ok(array(py, episode.line().states())),
+            "steps" => episode.steps().into_bound_py_any(py),
+            "converged" => episode.is_steady().into_bound_py_any(py),
+            "interaction_range" => episode.last_range().into_bound_py_any(py),
+            "has_ended" => episode.has_ended().into_bound_py_any(py),
+            _ => Ok(info(py, episode)?.as_any().get_item(name)?),
+        }
     }
 }
 
+/// Returns escape distance, components and range after the last action.
 fn info<'py>(py: Python<'py>, episode: &flockesc_core::LineEpisode) -> Dict<'py> {
     let (line, range) = (episode.line(), episode.last_range());
     let dict = PyDict::new(py);

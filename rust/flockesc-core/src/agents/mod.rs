@@ -151,14 +151,11 @@ impl<const D: usize> Agents<D> {
         vectors
     }
 
-    /// Sets the velocities in empty lanes to 0, after a step has written to all lanes.
+    /// Clears the lanes without an agent, after a step has written to all lanes or agents were caught.
     pub(crate) fn clear_empty_places(&mut self) {
-        let whole = GROUP * (self.groups.len() - 1);
-        let filled = self.len() - whole;
+        let filled = self.len() - GROUP * (self.groups.len() - 1);
         if let Some(last) = self.groups.last_mut() {
-            for column in &mut last.velocity {
-                column[filled..].fill(0.0);
-            }
+            last.empty_from(filled);
         }
     }
 
@@ -198,10 +195,7 @@ impl<const D: usize> Agents<D> {
         }
         self.ids.truncate(kept);
         self.groups.truncate(kept.div_ceil(GROUP).max(1));
-        let whole = GROUP * (self.groups.len() - 1);
-        if let Some(last) = self.groups.last_mut() {
-            last.empty_from(kept - whole);
-        }
+        self.clear_empty_places();
     }
 
     /// Marks the agents whose nearest predator is at most `range` m away as reached.

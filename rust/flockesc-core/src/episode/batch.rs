@@ -73,11 +73,6 @@ impl<const D: usize> Batch<D> {
         self.config.entries(D)
     }
 
-    /// Returns the dimension D.
-    pub fn dimension(&self) -> usize {
-        D
-    }
-
     /// Returns the number of learned predators per flock.
     pub fn num_learned(&self) -> usize {
         self.scenario().num_learned()
@@ -122,10 +117,11 @@ impl<const D: usize> Batch<D> {
     /// # Errors
     /// [`Error::Episode`] if the slot does not exist or was never reset.
     pub fn episode(&self, slot: usize) -> Result<&Episode<D>> {
-        self.slots
+        let found = self
+            .slots
             .get(slot)
-            .and_then(|slot| slot.episode.as_ref())
-            .ok_or_else(|| never_reset(slot))
+            .and_then(|found| found.episode.as_ref());
+        found.ok_or_else(|| Error::episode(format!("flock {slot} has no episode; call reset()")))
     }
 
     /// Returns the seed of the episode in `slot`.
@@ -227,18 +223,5 @@ impl<const D: usize> Batch<D> {
         } else {
             Pool::WithCaller(pool)
         })
-    }
-}
-
-fn never_reset(slot: usize) -> Error {
-    Error::episode(format!("flock {slot} has no episode; call reset()"))
-}
-
-fn check_length(field: &str, given: usize, expected: usize) -> Result<()> {
-    if given == expected {
-        Ok(())
-    } else {
-        let (expected, given) = (format!("{expected} entries"), format!("{given} entries"));
-        Err(Error::input(field, expected, given))
     }
 }

@@ -6,7 +6,7 @@ use multiversion::multiversion;
 use crate::agents::{Agents, Column, GROUP, Group, centroid, corners, reduce};
 use crate::base::exact::Scale;
 use crate::base::vector::{SHORTEST, larger, smaller, squared_norm};
-use crate::flock::metrics::{PredatorDistance, distances};
+use crate::flock::metrics::{PredatorDistance, measure};
 use crate::flock::summary::heading_away;
 use crate::flock::world::World;
 use crate::predator::Predator;
@@ -172,14 +172,6 @@ fn closest_distance<const D: usize>(groups: &[Group<D>], predators: &[Predator<D
         }
     }
     reduce(smallest, smaller)
-}
-
-/// Sets the distances in m of the agents to the ones to the nearest of `places`.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn measure<const D: usize>(groups: &mut [Group<D>], places: &[[f64; D]]) {
-    for group in groups {
-        group.distance = distances(&group.position, places);
-    }
 }
 
 /// Sets the distances in m of the agents to the ones to a predator after `time` s with the present velocities.

@@ -34,6 +34,14 @@ pub(crate) fn distances<const D: usize>(
     distances
 }
 
+/// Sets the distances in m of the agents to the ones to the nearest of `places`.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
+pub(crate) fn measure<const D: usize>(groups: &mut [Group<D>], places: &[[f64; D]]) {
+    for group in groups {
+        group.distance = distances(&group.position, places);
+    }
+}
+
 /// Mean and minimum predator distance in m. Each agent's distance is the one to its nearest predator.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PredatorDistance {

@@ -45,16 +45,11 @@ struct Flock<'a, const D: usize> {
     predators: &'a [[f64; D]],
     /// Unit of the sums over neighbors, in m/s.
     unit: Scale,
+    /// Fixed-point scales of the sums over all agents, of speeds in m/s and of numbers in [-1, 1].
+    speed_scale: Scale,
+    share_scale: Scale,
     speed: f64,
     predator_range: f64,
-}
-
-/// Fixed-point scales of the sums over all agents.
-struct Scales {
-    /// Scale of speeds in m/s.
-    speed: Scale,
-    /// Scale of numbers in [-1, 1].
-    share: Scale,
 }
 
 struct Sums<const D: usize> {
@@ -69,23 +64,17 @@ struct Sums<const D: usize> {
 
 impl<'a, const D: usize> Flock<'a, D> {
     fn of(world: &'a World<D>, groups: &'a [Group<D>], predators: &'a [[f64; D]]) -> Self {
+        let (neighborhood, num_agents) = (world.neighborhood(), world.agents().len());
         Self {
             groups,
-            sums: world.neighborhood().sums(),
+            sums: neighborhood.sums(),
             predators,
-            unit: world.neighborhood().scale(),
+            unit: neighborhood.scale(),
+            // For D <= 3 the norm is less than twice the largest component.
+            speed_scale: Scale::for_registers(2.0 * neighborhood.largest_speed(), num_agents),
+            share_scale: Scale::for_registers(1.0, num_agents),
             speed: world.config().speed.largest(),
             predator_range: world.config().predator_range,
-        }
-    }
-}
-
-impl Scales {
-    fn of<const D: usize>(world: &World<D>, num_agents: usize) -> Self {
-        Self {
-            // For D <= 3 the norm is less than twice the largest component.
-            speed: Scale::for_registers(2.0 * world.neighborhood().largest_speed(), num_agents),
-            share: Scale::for_registers(1.0, num_agents),
         }
     }
 }
@@ -112,10 +101,9 @@ impl<const D: usize> Summary<D> {
         }
         let n = num_agents as f64;
         let (low, high) = corners(&world.agents().groups);
-        let scales = Scales::of(world, num_agents);
         let flock = Flock::of(world, &world.agents().groups, world.predator_positions());
-        let sums = add_up(&flock, &scales);
-        let share = |sum: i64| scales.share.value(sum) / n;
+        let sums = add_up(&flock);
+        let share = |sum: i64| flock.share_scale.value(sum) / n;
         let centroid = centroid(flock.groups, (low, high), num_agents);
         let extent: [f64; D] = std::array::from_fn(|axis| high[axis] - low[axis]);
         let square = Scale::for_registers(squared_norm(&extent), num_agents);
@@ -124,7 +112,7 @@ impl<const D: usize> Summary<D> {
             centroid,
             dispersion: (square.value(squares) / n).sqrt(),
             velocity: world.neighborhood().total_velocity().map(|sum| sum / n),
-            speed: scales.speed.value(sums.speed) / n,
+            speed: flock.speed_scale.value(sums.speed) / n,
             polarization: squared_norm(&sums.heading.map(share)).sqrt().min(1.0),
             neighbor_count: share(sums.neighbor_count),
             heard_alignment: share(sums.heard_alignment),
@@ -132,7 +120,7 @@ impl<const D: usize> Summary<D> {
             heading_away_in_range: if sums.in_range == 0 {
                 0.0
             } else {
-                scales.share.value(sums.heading_away_in_range) / sums.in_range as f64
+                flock.share_scale.value(sums.heading_away_in_range) / sums.in_range as f64
             },
             fraction_in_range: sums.in_range as f64 / n,
         }
@@ -146,10 +134,8 @@ pub(super) fn heading_away<const D: usize>(
     groups: &[Group<D>],
     places: &[[f64; D]],
 ) -> f64 {
-    let num_agents = world.agents().len();
     let flock = Flock::of(world, groups, places);
-    let scales = Scales::of(world, num_agents);
-    scales.share.value(add_up(&flock, &scales).heading_away) / num_agents as f64
+    flock.share_scale.value(add_up(&flock).heading_away) / world.agents().len() as f64
 }
 
 impl<const D: usize> World<D> {
@@ -161,7 +147,8 @@ impl<const D: usize> World<D> {
 
 /// Computes all sums except the one of squared distances, in one pass.
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl", "x86_64+avx2"))]
-fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
+fn add_up<const D: usize>(flock: &Flock<'_, D>) -> Sums<D> {
+    let (speed_scale, share_scale) = (flock.speed_scale, flock.share_scale);
     let mut heading = [[0; GROUP]; D];
     let mut speed = [0; GROUP];
     let mut neighbor_count = [0; GROUP];
@@ -183,11 +170,11 @@ fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
             for axis in 0..D {
                 cosine += velocity[axis] * away[axis][lane];
                 heading[axis][lane] +=
-                    scales.share.quantize(velocity[axis] * (inverse * length)) & is_agent;
+                    share_scale.quantize(velocity[axis] * (inverse * length)) & is_agent;
             }
-            let cosine = scales.share.quantize(cosine * inverse) & is_agent;
+            let cosine = share_scale.quantize(cosine * inverse) & is_agent;
             let is_in_range = -i64::from(distance[lane] <= flock.predator_range);
-            speed[lane] += scales.speed.quantize(norm[lane]) & is_agent;
+            speed[lane] += speed_scale.quantize(norm[lane]) & is_agent;
             heading_away[lane] += cosine;
             heading_away_in_range[lane] += cosine & is_in_range;
             in_range[lane] -= is_in_range;
@@ -200,8 +187,8 @@ fn add_up<const D: usize>(flock: &Flock<'_, D>, scales: &Scales) -> Sums<D> {
             let (others, norms) = (count - 1.0 + HALF_COUNT, total + flock.speed * count);
             let inverse = (others * norms).recip();
             neighbor_count[lane] +=
-                scales.share.quantize((count - 1.0) * norms * inverse) & is_agent;
-            heard_alignment[lane] += scales.share.quantize(total * others * inverse) & is_agent;
+                share_scale.quantize((count - 1.0) * norms * inverse) & is_agent;
+            heard_alignment[lane] += share_scale.quantize(total * others * inverse) & is_agent;
         }
     }
     let total = |column: Column<i64>| reduce(column, |a, b| a + b);

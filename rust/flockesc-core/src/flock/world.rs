@@ -15,7 +15,7 @@ use crate::agents::{Agents, GROUP};
 use crate::base::error::Result;
 use crate::base::load::Load;
 use crate::base::rng::{self, Stream};
-use crate::flock::metrics::{PredatorDistance, distances};
+use crate::flock::metrics::{PredatorDistance, measure};
 use crate::flock::scenario::FlockConfig;
 use crate::neighbor::{Neighborhood, Ranges};
 use crate::parallel;
@@ -94,9 +94,7 @@ impl<const D: usize> World<D> {
 
     /// Computes the predator distances of all agents.
     fn measure(&mut self) {
-        for group in &mut self.agents.groups {
-            group.distance = distances(&group.position, &self.after);
-        }
+        measure(&mut self.agents.groups, &self.after);
         if self.config.blocks_warnings {
             self.agents.mark_reached(self.config.predator_range);
         }

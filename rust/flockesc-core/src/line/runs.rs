@@ -51,7 +51,7 @@ pub fn simulate_line(
 impl LineTrajectory {
     fn record(&mut self, line: &Line, range: f64) -> Result<()> {
         memory::reserve("max_steps", &mut self.states, line.config().num_agents)?;
-        line.append_states(&mut self.states);
+        self.states.extend(line.states());
         self.num_components.push(line.num_components(range) as i64);
         self.escape_distance.push(line.escape_distance());
         Ok(())

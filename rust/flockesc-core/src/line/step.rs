@@ -59,22 +59,14 @@ impl Line {
 
     /// Returns the states x(t), length n, in the order of ids.
     pub fn states(&self) -> Vec<f64> {
-        let mut states = Vec::with_capacity(self.config.num_agents);
-        self.append_states(&mut states);
-        states
-    }
-
-    /// Appends the states x(t) to `out`, in the order of ids.
-    pub(super) fn append_states(&self, out: &mut Vec<f64>) {
-        let start = out.len();
-        out.resize(start + self.groups.companion.len(), 0.0);
-        let out = &mut out[start..];
+        let mut states = vec![0.0; self.groups.companion.len()];
         for group in &self.groups.sorted {
-            out[group.first as usize] = group.state;
+            states[group.first as usize] = group.state;
         }
         for (agent, companion) in self.groups.companion.iter().enumerate() {
-            out[agent] = out[*companion as usize];
+            states[agent] = states[*companion as usize];
         }
+        states
     }
 
     /// Returns the offsets x_i - x_p in ascending order, length n; the states without a predator.

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use strum::{EnumString, VariantNames};
 
-use super::{Batch, check_length};
+use super::Batch;
+use crate::base::check::length;
 use crate::base::error::{Error, Result};
 use crate::base::memory;
 use crate::episode::Episode;
@@ -116,9 +117,10 @@ impl<const D: usize> Batch<D> {
         observations: usize,
     ) -> Result<()> {
         let rows = self.num_flocks() * self.rows();
-        check_length("interaction_range", ranges.len(), rows)?;
-        check_length("rewards", rewards, rows)?;
-        check_length("observations", observations, rows * self.row_length)?;
+        length("interaction_range", ranges.len(), rows, "entries", "")?;
+        length("rewards", rewards, rows, "entries", "")?;
+        let num_entries = rows * self.row_length;
+        length("observations", observations, num_entries, "entries", "")?;
         self.check_episodes(at_end)?;
         check_ranges("interaction_range", ranges)?;
         if at_end == AtEnd::Restart {

@@ -2,13 +2,11 @@
 
 #![allow(clippy::expect_used)] // in helpers of tests, a panic reports the failure
 
-mod common;
-
 use std::sync::Arc;
 
-use common::scenario;
-use flockesc_core::bindings::AtEnd;
-use flockesc_core::{
+use super::scenario;
+use crate::bindings::AtEnd;
+use crate::{
     Action, Batch, EpisodeConfig, ExtraEntries, FlockConfig, InitialState, Objective, Progress,
     Reward, Run, View,
 };
