@@ -1,19 +1,17 @@
 """Entry point of ``python -m speed``."""
 
 import json
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import asdict
 from pathlib import Path
 from typing import Literal, get_args
 
-import tyro
-
-from flockesc_env.cli.flags import NUMBERS
-from flockesc_env.cli.output import prepare_terminal, show, table
+from flockesc_env.cli.application import Application
+from flockesc_env.cli.output import Exit, show, table
 from flockesc_env.common.files import write_text
 from speed import instructions, models, page, peers
 from speed.environments import environments, own_parts
-from speed.frameworks import frameworks
 from speed.measure import Comparison, Measurements, machine, measure
 
 Section = Literal["kernel", "size", "environments", "line", "grid", "rules", "floor", "own-parts"]
@@ -34,11 +32,8 @@ BENCHMARKS: dict[Section, Callable[..., Iterator[Comparison]]] = {
 }
 """Functions that take the peers, and ``quick`` for few and small cases, and yield what to measure."""
 
-app = tyro.extras.SubcommandApp()
 
-
-@app.command
-def run(only: tuple[Section, ...] = _DEFAULT, quick: bool = False, output: Path = _RESULTS) -> None:
+def run(only: tuple[Section, ...] = _DEFAULT, quick: bool = False, output: Path = _RESULTS) -> Exit:
     """Check that peers agree with this project, measure, and write measurements and figures.
 
     Args:
@@ -67,19 +62,19 @@ def run(only: tuple[Section, ...] = _DEFAULT, quick: bool = False, output: Path 
     show(*table(["section", "case", "implementation", "us", "per"], rows))
     for path in page.draw(measurements.records, output):
         print("Figure:", path)
+    return Exit.DONE
 
 
-@app.command(name="page")
-def write_pages() -> None:
+def write_pages() -> Exit:
     """Draw the figures and write the tables of the report and the README from speed/results."""
     measurements = Measurements.read(_RESULTS / _FILE)
     page.draw(measurements.records, _RESULTS)
     for path in (page.REPORT, page.README):
         write_text(path, page.rendered(path.read_text("utf-8"), measurements))
+    return Exit.DONE
 
 
-@app.command(name="instructions")
-def count_instructions() -> None:
+def count_instructions() -> Exit:
     """Count the instructions of steps and observations, beside earlier counts; write the report."""
     file = instructions.RESULTS
     earlier: dict[str, int] = json.loads(file.read_text())
@@ -91,10 +86,14 @@ def count_instructions() -> None:
     show(*table(["benchmark", "instructions", "ratio to before"], rows))
     write_text(file, json.dumps(counts, indent=1) + "\n")
     write_text(page.REPORT, page.with_counts(page.REPORT.read_text("utf-8"), counts))
+    return Exit.DONE
 
 
-app.command(frameworks)
+SPEED = Application(
+    "python -m speed",
+    "Measure the speed beside peers.",
+    {"run": run, "page": write_pages, "instructions": count_instructions},
+)
 
 if __name__ == "__main__":
-    prepare_terminal()
-    app.cli(prog="python -m speed", description="Measure the speed beside peers.", registry=NUMBERS)
+    sys.exit(SPEED.main())

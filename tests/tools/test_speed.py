@@ -8,13 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from speed import frameworks, instructions, models, page, peers
+from speed import instructions, models, page, peers
 from speed.measure import Measurements
 from speed.peers import Flocks, Outcome, Peer, numpy_flocks
 
 ROOT = Path(__file__).parents[2]
 RUN = Measurements.read(ROOT / "speed/results/benchmarks.json")
-CHANGES = sorted((ROOT / frameworks.RESULTS).glob("changes/*.json"))
 
 
 def test_peers_agree_with_this_project() -> None:
@@ -45,23 +44,6 @@ def test_the_tables_show_the_committed_run(path: Path, blocks: int) -> None:
     assert page.rendered(text, RUN) == text
 
 
-def test_the_table_of_frameworks_shows_the_committed_measurements() -> None:
-    text = page.REPORT.read_text("utf-8")
-    assert text.count("\n| stable-baselines3 PPO: [sb3_ppo.py]") == 1
-    assert frameworks.rendered(text) == text
-
-
 def test_the_page_shows_the_committed_counts_of_instructions() -> None:
     text = page.REPORT.read_text("utf-8")
     assert page.with_counts(text, json.loads(instructions.RESULTS.read_text())) == text
-
-
-@pytest.mark.parametrize("path", CHANGES, ids=lambda path: path.stem)
-def test_the_changes_of_examples_still_fit(path: Path) -> None:
-    text = (ROOT / "examples" / f"{path.stem}.py").read_text("utf-8")
-    for change in json.loads(path.read_text())["changes"]:
-        changed = frameworks.changed(text, change["replaced"])
-        assert changed != text
-        compile(changed, path.stem, "exec")
-    with pytest.raises(ValueError, match="2 times"):
-        frameworks.changed("a a", {"a": "b"})
