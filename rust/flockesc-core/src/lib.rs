@@ -18,8 +18,6 @@ mod predator;
 mod reward;
 mod snapshot;
 mod sweep;
-#[cfg(test)]
-mod tests;
 
 pub use agents::PerAgent;
 pub use base::check::{MAX_AGENTS, MAX_CANDIDATES, MAX_PARTS, MAX_STEPS};

@@ -1,11 +1,6 @@
-//! Tests of the public interface. They are part of the library's test binary, because a binary of their own would
-//! compile the generic parts of the core again, which takes a minute.
+//! Scenarios for the integration tests.
 
-mod allocation;
-mod components;
-mod threads;
-
-use crate::{ConstantVelocity, FlockConfig, PredatorConfig, PurePursuit, Target};
+use flockesc_core::{ConstantVelocity, FlockConfig, PredatorConfig, PurePursuit, Target};
 
 /// Returns a flock in a square (D = 3: cube) of side `initial_side` in m, with one predator of constant
 /// velocity and one with pure pursuit.

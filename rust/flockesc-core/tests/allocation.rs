@@ -2,14 +2,16 @@
 
 #![allow(clippy::expect_used)] // in helpers of tests, a panic reports the failure
 
+mod common;
+
 use std::sync::Arc;
 
-use super::scenario;
-use crate::{
+use allocation_counter::measure;
+use common::scenario;
+use flockesc_core::{
     FlockConfig, InitialState, Learned, Line, LineConfig, Motion, PredatorConfig, Ranges, Reynolds,
     Target, World,
 };
-use allocation_counter::measure;
 
 const AGENTS: usize = 300;
 /// Enough steps for the flock to disperse and for several re-sorts.

@@ -2,11 +2,13 @@
 
 #![allow(clippy::expect_used)] // in helpers of tests, a panic reports the failure
 
+mod common;
+
 use std::sync::Arc;
 
-use super::scenario;
-use crate::bindings::AtEnd;
-use crate::{
+use common::scenario;
+use flockesc_core::bindings::AtEnd;
+use flockesc_core::{
     Action, Batch, EpisodeConfig, ExtraEntries, FlockConfig, InitialState, Objective, Progress,
     Reward, Run, View,
 };

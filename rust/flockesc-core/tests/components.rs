@@ -1,9 +1,11 @@
 //! Connected components of a special arrangement that random flocks hardly ever contain.
 
+mod common;
+
 use std::sync::Arc;
 
-use super::scenario;
-use crate::{InitialState, Ranges, World};
+use common::scenario;
+use flockesc_core::{InitialState, Ranges, World};
 
 /// Eight agents in a column are neighbors of eight agents beside its middle. The agents at the two ends of
 /// the column are not neighbors; they are connected only through the eight others. Two clusters far to the
