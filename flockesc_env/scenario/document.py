@@ -164,9 +164,9 @@ def as_plain(value: Any, path: str, hint: Any = None) -> Any:
     ``hint`` is the declared type, which shows where parts are expected.
     """
     family, *_ = (*get_args(hint), None)
-    if _kinds(family):
+    if kinds := _kinds(family):
         if not isinstance(value, list | tuple):
-            raise InputError(path, "a tuple of parts", type(value).__name__)
+            raise InputError(path, f"a tuple of {', '.join(kinds)}", type(value).__name__)
         return [as_plain(entry, f"{path}[{index}]", family) for index, entry in enumerate(value)]
     value = part_of(value)
     if isinstance(value, Part):

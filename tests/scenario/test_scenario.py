@@ -216,7 +216,7 @@ CONTRADICTIONS: list[tuple[dict[str, Any], str]] = [
     ),
     ({"num_agents": 3.5}, "num_agents: expected an integer, got 3.5"),
     ({"mass": (0.1, "heavy")}, "mass[1]: expected a number, got 'heavy'"),
-    ({"predators": sc.PurePursuit()}, "predators: expected a tuple of parts, got PurePursuit"),
+    ({"predators": sc.PurePursuit()}, "prescribed_path, attracted, got PurePursuit"),
     ({"motion": {"reynolds": {"cohesion": 1}}}, "got 'cohesion' (did you mean cohesion_strength?)"),
     (
         {"dimension": 3, "predators": (sc.Wandering((1.0, 2.0)),)},
