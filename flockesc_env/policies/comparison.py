@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from flockesc_env.common.array_files import origin, write_table
-from flockesc_env.common.checks import FloatArray
+from flockesc_env.common.checks import FloatArray, as_path
 from flockesc_env.common.errors import InputError
 from flockesc_env.common.extras import data_frame, figure_style
 from flockesc_env.common.files import write_text
@@ -110,11 +110,12 @@ class Comparison:
             columns[name] = np.concatenate([each[name] for each in self.played.values()])
         return data_frame(columns)
 
-    def write(self, folder: Path) -> None:
+    def write(self, folder: str | Path) -> None:
         """Write table.md and episodes.parquet (``table``) to a folder, which is made."""
-        folder.mkdir(parents=True, exist_ok=True)
-        write_text(folder / "table.md", f"{self}\n")
-        write_table(self.table(), folder / "episodes.parquet", origin(self.search))
+        place, search = as_path(folder, "folder"), self.search
+        place.mkdir(parents=True, exist_ok=True)
+        write_text(place / "table.md", f"{self}\n")
+        write_table(self.table(), place / "episodes.parquet", None if search is None else origin(search))
 
     @figure_style()
     def plot(self) -> "Figure":

@@ -91,6 +91,8 @@ def test_a_learned_predator_is_judged_saved_watched_and_compared(
     assert found.rows["PPO"].improvement.mean == smaller.mean()
     with pytest.raises(fe.InputError, match="plot: expected a comparison of ranges"):
         found.plot()
+    found.write(str(best))
+    assert (best / "table.md").read_text() == f"{found}\n"
     run = fe.simulate(
         hunted, policy="stubborn-leaders", seed=4, predator_policy=PPO.load(best / "best_model")
     )
