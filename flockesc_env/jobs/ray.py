@@ -40,7 +40,8 @@ def ray_tasks(jobs: Sequence[Job], cache: Cache, address: str | None = None) -> 
                     found = str(error)
                 yield Outcome(job, cache.keep(job, found), min(cores, len(pending)))
     finally:
-        for task in pending:
-            ray.cancel(task, force=True)
         if own:
-            ray.shutdown()
+            ray.shutdown()  # ends its tasks, too
+        else:
+            for task in pending:
+                ray.cancel(task, force=True)
