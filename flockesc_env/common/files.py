@@ -17,9 +17,10 @@ _SEAL_BYTES = hashlib.sha256().digest_size
 def atomic_write(path: Path, *, durable: bool = True) -> Iterator[BinaryIO]:
     """Open a temporary file that replaces ``path`` when the block ends without an error.
 
-    A file that is replaced keeps its mode, and a symbolic link stays a link. A device or a pipe is written
-    directly. Other programs can write to ``name`` of the yielded file. With ``durable`` the call waits for
-    the disk, so that a power failure leaves the older file or the new one.
+    A file that is replaced keeps its mode, and a symbolic link stays a link. A file that cannot be replaced,
+    such as a mounted one, is overwritten at the end. A device or a pipe is written directly. Other programs
+    can write to ``name`` of the yielded file. With ``durable`` the call waits for the disk, so that a power
+    failure leaves the older file or the new one.
 
     Raises:
         OSError: if the file cannot be written; ``filename`` is ``path``.
@@ -109,7 +110,14 @@ def _writing(path: Path, durable: bool) -> Generator[BinaryIO, None, None]:
                     unfinished.chmod(stat.S_IMODE(mode))
             yield file
             _flush(file, durable)
-        unfinished.replace(target)
+        try:
+            unfinished.replace(target)
+        except OSError:  # a mounted file, or another user's in a sticky folder
+            if mode is None:
+                raise
+            with target.open("wb") as file:
+                file.write(unfinished.read_bytes())
+                _flush(file, durable)
         if durable:
             _sync_folder(target.parent)
     except OSError as error:

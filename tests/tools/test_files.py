@@ -90,6 +90,8 @@ def test_a_file_is_on_disk_before_it_gets_its_name(tmp_path: Path, monkeypatch: 
 @pytest.mark.parametrize(
     ("owner", "call", "code"),
     [
+        (os, "replace", errno.EBUSY),  # a mounted file
+        (os, "replace", errno.EPERM),  # another user's file in a sticky folder
         (os, "fsync", errno.EINVAL),  # a file system of a network or in user space
         (os, "chmod", errno.EPERM),
     ],
